@@ -12,6 +12,21 @@ use crate::aabb::{PaddedBox, exact_half_area};
 use crate::binary::Binary;
 use crate::bvh8::Bvh8;
 
+/// Which structure answers queries. Hits do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AcceleratorKind {
+    /// Every primitive is tested: the oracle, and the O(N) side of the benchmark.
+    Linear,
+    /// A bounding-volume hierarchy.
+    Tree(BuildQuality),
+}
+
+impl Default for AcceleratorKind {
+    fn default() -> Self {
+        Self::Tree(BuildQuality::default())
+    }
+}
+
 /// How long a build may take for how good a tree. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuildQuality {
@@ -91,21 +106,20 @@ fn sizes(boxes: &[PaddedBox]) -> [f64; 2] {
 
 /// Builds the tree over two boxes or more; none where `stop` said so.
 pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKindOf<'_>, stop: Stop<'_>) -> Option<Build> {
-    let (better, mut work) = binary(boxes, quality, company, stop)?;
-    if let Some((tree, order, depth)) = Bvh8::collapse(&better, company) {
-        return Some(Build { tree: Some((tree, order)), work: BuildWork { depth, ..work } });
-    }
+    let mut work = BuildWork::default();
     // Improved it may be too deep, and split from the top it is not.
-    let (plain, again) = binary(boxes, BuildQuality::Fast, company, stop)?;
-    work.looks += again.looks;
-    let collapsed = Bvh8::collapse(&plain, company);
-    let depth = collapsed.as_ref().map_or(0, |(_, _, depth)| *depth);
-    let tree = collapsed.map(|(tree, order, _)| (tree, order));
-    Some(Build { tree, work: BuildWork { depth, ..work } })
+    for quality in [quality, BuildQuality::Fast] {
+        let (binary, looks) = binary(boxes, quality, company, stop)?;
+        work.looks += looks;
+        if let Some((tree, order, depth)) = Bvh8::collapse(&binary, company) {
+            return Some(Build { tree: Some((tree, order)), work: BuildWork { depth, ..work } });
+        }
+    }
+    Some(Build { tree: None, work })
 }
 
-/// The binary tree over boxes; what it took, but for its depth.
-fn binary(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKindOf<'_>, stop: Stop<'_>) -> Option<(Binary, BuildWork)> {
+/// The binary tree over boxes, and how many of them were looked at.
+fn binary(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKindOf<'_>, stop: Stop<'_>) -> Option<(Binary, u64)> {
     let improves = quality != BuildQuality::Fast;
     // In least time all are taken to be alike.
     let [mean, unevenness] = if improves { sizes(boxes) } else { [0.0, 1.0] };
@@ -121,7 +135,7 @@ fn binary(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKindOf<'_>, s
         let share = share.min(most / binary.nodes.len() as f32);
         looks += reinsert(&mut binary, share, stop);
     }
-    (!stop()).then_some((binary, BuildWork { looks, ..BuildWork::default() }))
+    (!stop()).then_some((binary, looks))
 }
 
 #[cfg(test)]
@@ -157,7 +171,7 @@ mod tests {
         let manner = |sample: usize| Manner { leaf: crate::bvh8::WIDTH, sample, widest: f32::INFINITY };
         for (quality, sample) in [(BuildQuality::Fast, SAMPLE), (BuildQuality::Medium, usize::MAX)] {
             let split = binned(&boxes, &|_| LeafKind::None, manner(sample), &|| false).1;
-            let looks = binary(&boxes, quality, &|_| LeafKind::None, &|| false).unwrap().1.looks;
+            let looks = binary(&boxes, quality, &|_| LeafKind::None, &|| false).unwrap().1;
             assert_eq!(looks > split, quality != BuildQuality::Fast, "{quality:?}: {looks} of {split}");
         }
     }

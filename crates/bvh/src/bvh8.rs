@@ -14,12 +14,12 @@ mod entries;
 mod filter;
 mod flat;
 mod kernel;
+mod leaf;
 mod optimisation_barrier;
 mod packet;
 mod projected_ray;
 mod reparametrisation;
 mod row;
-mod sphere_leaf;
 mod stack;
 mod traversal_ray;
 mod traversal_simd;
@@ -32,7 +32,7 @@ use core::ops::Range;
 use rayon::prelude::*;
 
 use crate::aabb::PaddedBox;
-pub(crate) use crate::math::simd::WIDTH;
+pub(crate) use crate::math::simd::{Lanes, WIDTH};
 use crate::primitive_set::Slot;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
@@ -40,9 +40,8 @@ use crate::shapes::Triangle;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
 pub(crate) use self::packet::{PacketResult, PacketState, PacketVisitor, RAYS};
-pub(crate) use self::projected_ray::TriangleHit;
 pub(crate) use self::reparametrisation::RayReparametrisation;
-pub(crate) use self::row::{Row, SphereHits};
+pub(crate) use self::row::{Row, RowHits, RowKind};
 pub(crate) use self::traversal_ray::TraversalRay;
 pub(crate) use self::traverse::HitVisitor;
 pub(crate) use self::triangle8::LeafHeader;
@@ -125,23 +124,30 @@ impl Child {
     }
 }
 
-/// Up to eight children with their boxes, `planes[axis][side][lane]` with side 0 the minima. An absent one has an inverted
-/// box, which no ray of finite numbers enters.
+/// Up to eight children with their boxes: of each axis the minima, then the maxima, so that the place of either is all that a traversal has
+/// to keep of a side. An absent one has an inverted box, which no ray of finite numbers enters.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 struct Node {
-    planes: [[[f32; WIDTH]; 2]; 3],
+    planes: [[f32; 2 * WIDTH]; 3],
     children: [Child; WIDTH],
 }
 
 impl Node {
-    const EMPTY: Self =
-        Self { planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3], children: [Child::NONE; WIDTH] };
+    const EMPTY: Self = {
+        let mut planes = [[f32::INFINITY; 2 * WIDTH]; 3];
+        let mut place = 0;
+        while place < 3 * WIDTH {
+            planes[place / WIDTH][WIDTH + place % WIDTH] = f32::NEG_INFINITY;
+            place += 1;
+        }
+        Self { planes, children: [Child::NONE; WIDTH] }
+    };
 
     fn set(&mut self, lane: usize, bounds: &PaddedBox, child: Child) {
         for axis in 0..3 {
-            self.planes[axis][0][lane] = bounds.min[axis];
-            self.planes[axis][1][lane] = bounds.max[axis];
+            self.planes[axis][lane] = bounds.min[axis];
+            self.planes[axis][WIDTH + lane] = bounds.max[axis];
         }
         self.children[lane] = child;
     }
@@ -175,27 +181,29 @@ impl Bvh8 {
     /// Puts the triangles into the blocks: `taken` says what a slot's is and how it takes part. The slots from `first` on are in
     /// the order of the leaves; those of triangles get the numbers by which [`Bvh8::triangle`] knows them.
     pub fn fill(&mut self, slots: &mut [Slot], first: usize, taken: impl Fn(&Slot) -> (Triangle<f32>, Visibility) + Sync) {
-        const PIECE: usize = 512;
-        let (mut rest, mut done) = (&mut slots[first..], 0);
-        let mut pieces = Vec::with_capacity(self.blocks.len() / PIECE + 1);
-        for (number, (blocks, facts)) in self.blocks.chunks_mut(PIECE).zip(self.facts.chunks_mut(PIECE)).enumerate() {
-            let end = facts.last().map_or(done, |last| last.first as usize + usize::from(last.count));
-            let (own, after) = rest.split_at_mut(end - done);
-            pieces.push((number * PIECE, done, own, blocks, facts));
-            (rest, done) = (after, end);
-        }
-        pieces.into_par_iter().for_each(|(number, start, slots, blocks, facts)| {
-            for (at, (block, facts)) in blocks.iter_mut().zip(facts).enumerate() {
-                for lane in 0..usize::from(facts.count) {
-                    let slot = &mut slots[facts.first as usize - start + lane];
-                    let (triangle, visibility) = taken(slot);
-                    slot.index = ((number + at) * WIDTH + lane) as u32;
-                    block.set(lane, triangle.vertices);
-                    facts.set(lane, visibility);
-                }
-                facts.first += first as u32;
+        let blocks = self.blocks.par_iter_mut().zip(&mut self.facts).with_min_len(512);
+        blocks.for_each(|(block, facts)| {
+            facts.first += first as u32;
+            for lane in 0..usize::from(facts.count) {
+                let (triangle, visibility) = taken(&slots[facts.first as usize + lane]);
+                block.set(lane, triangle.vertices);
+                facts.set(lane, visibility);
             }
         });
+        // Afterwards, since up to here a slot's number says where its triangle is taken from.
+        for (number, facts) in self.facts.iter().enumerate() {
+            for lane in 0..usize::from(facts.count) {
+                slots[facts.first as usize + lane].index = (number * WIDTH + lane) as u32;
+            }
+        }
+    }
+
+    /// Fills leaves of spheres; `row` makes one of some slots, of which the tree's begin at `first`.
+    pub fn fill_rows(&mut self, first: usize, row: impl Fn(Range<usize>) -> Row) {
+        for own in &mut self.rows[self.always..] {
+            let start = first + own.facts.first as usize;
+            *own = row(start..start + usize::from(own.facts.count));
+        }
     }
 
     /// No nodes: rows of so many spheres, then blocks of so many triangles and others one by one, in this order of places. Rows and
@@ -213,6 +221,12 @@ impl Bvh8 {
         let before = self.rows.len();
         self.rows.splice(self.always..self.always, rows);
         self.always += self.rows.len() - before;
+    }
+
+    /// Whether triangles are in it.
+    #[inline(always)]
+    pub fn has_blocks(&self) -> bool {
+        !self.blocks.is_empty()
     }
 
     /// A triangle by its number.
@@ -268,7 +282,9 @@ impl Bvh8 {
         // The most of one company are the triangles of the argument above, whatever they are.
         let most = triangles.max(spheres);
         let nodes = if most == 0 { few(others) } else { (most / 7).saturating_add(all - most).saturating_add(1) };
-        let leaves = Self::most_bytes_of_leaves(spheres, all - spheres);
+        // Of a sphere beside others of other kinds, few leaves are full.
+        let leaves = (spheres / 2).min((spheres / 5).saturating_mul(2).saturating_add(all - spheres).saturating_add(2));
+        let leaves = leaves.saturating_mul(size_of::<Row>() as u64);
         let others = all - triangles;
         let blocks = triangles.min((triangles / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
         let each = (size_of::<Triangle8>() + size_of::<LeafHeader>()) as u64;

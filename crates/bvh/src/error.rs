@@ -1,5 +1,6 @@
 //! Why a primitive is refused.
 
+use crate::aabb::Aabb;
 use crate::bvh8::MAX_PRIMITIVES;
 
 /// Why a primitive was refused.
@@ -23,4 +24,10 @@ pub enum GeometryError {
     /// More primitives than a tree can address.
     #[error("more than {MAX_PRIMITIVES} primitives in one set")]
     TooMany,
+}
+
+/// Refuses a box that no tree can hold. None, and one of nothing, is fine.
+pub(crate) fn check_bounds(bounds: Option<Aabb>) -> Result<Option<Aabb>, GeometryError> {
+    let refused = bounds.is_some_and(|b| b != Aabb::EMPTY && b.padded().is_none());
+    if refused { Err(GeometryError::NotFinite) } else { Ok(bounds) }
 }

@@ -8,8 +8,7 @@ use core::mem::take;
 use rayon::prelude::*;
 
 use crate::aabb::{Aabb, BoundingSphere, PaddedBox};
-use crate::accelerator::{Accelerator, AcceleratorKind};
-use crate::build::{Build, BuildWork, Stop, build};
+use crate::build::{AcceleratorKind, Build, BuildWork, Stop, build};
 use crate::bvh8::{Bvh8, Kernel};
 use crate::memory::{filled, huge_page_vec};
 use crate::primitive_set::{Kind, PrimitiveSet, Slot};
@@ -25,7 +24,8 @@ pub struct Geometry<R: Real> {
     pub(crate) unbounded: usize,
     /// How many of the first are planes in rows of the accelerator.
     pub(crate) planes: usize,
-    pub(crate) accelerator: Accelerator,
+    /// Over the places of what is bounded: a scan has no nodes.
+    pub(crate) bvh: Bvh8,
     work: Option<BuildWork>,
     /// Whether some primitive is tested in the plane across the ray.
     pub(crate) faces: bool,
@@ -75,57 +75,50 @@ impl Sorted {
             return Self { slots: Vec::new(), bounded: all, nothing: Vec::new(), boxes, bounds };
         }
         let (mut slots, mut bounded, mut nothing): (Vec<Slot>, Vec<Slot>, Vec<Slot>) = Default::default();
-        let (mut place, mut kept) = (0, 0);
-        for slot in all {
-            if boxes[place] != PaddedBox::NOTHING {
-                boxes[kept] = boxes[place];
-                kept += 1;
+        for (slot, padded) in all.into_iter().zip(&boxes) {
+            if *padded != PaddedBox::NOTHING {
                 bounded.push(slot);
             } else if group.bounds(&slot).is_some_and(|own| own.is_empty()) {
                 nothing.push(slot);
             } else {
                 slots.push(slot);
             }
-            place += 1;
         }
-        boxes.truncate(kept);
+        boxes.retain(|padded| *padded != PaddedBox::NOTHING);
         Self { slots, bounded, nothing, boxes, bounds }
     }
 }
 
-/// So few primitives that nodes would cost more than they spare, by kind.
-#[derive(Clone, Copy)]
-struct Flat {
-    spheres: usize,
-    triangles: usize,
-    others: usize,
+/// Spheres, triangles and others, where these are so few that nodes would cost more than they spare; none where there are more, so `few` never
+/// make a tree.
+fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
+    let is_few = bounded.len() <= few;
+    let (spheres, triangles) = if R::IS_SINGLE && (is_few || Bvh8::may_be_flat(bounded.len())) {
+        let count = |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count();
+        (count(Kind::Sphere), count(Kind::Triangle))
+    } else {
+        (0, 0)
+    };
+    let others = bounded.len() - spheres - triangles;
+    let is_flat = R::IS_SINGLE && Bvh8::is_flat(spheres as u64, triangles as u64, others as u64);
+    (is_few || is_flat).then_some([spheres, triangles, others])
 }
 
-impl Flat {
-    /// None where there are more; so `few` never make a tree.
-    fn of<R: Real>(bounded: &[Slot], few: usize) -> Option<Self> {
-        let is_few = bounded.len() <= few;
-        let (spheres, triangles) = if R::IS_SINGLE && (is_few || Bvh8::may_be_flat(bounded.len())) {
-            let count = |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count();
-            (count(Kind::Sphere), count(Kind::Triangle))
-        } else {
-            (0, 0)
-        };
-        let flat = Self { spheres, triangles, others: bounded.len() - spheres - triangles };
-        let is_flat = R::IS_SINGLE && Bvh8::is_flat(spheres as u64, triangles as u64, flat.others as u64);
-        (is_few || is_flat).then_some(flat)
-    }
-}
-
-/// An accelerator with the order in which its places name what is bounded, where that is not its own, and what building it took.
+/// A tree with the order in which its places name what is bounded, where that is not its own, and what building it took.
 struct Structure {
-    accelerator: Accelerator,
+    bvh: Bvh8,
     order: Option<Vec<u32>>,
     work: Option<BuildWork>,
-    flat: Option<Flat>,
+    /// The first places, whose spheres every query tests in rows.
+    spheres: usize,
 }
 
 impl Structure {
+    /// So many places that are tested one after the other.
+    fn scan(places: usize, work: Option<BuildWork>) -> Self {
+        Self { bvh: Bvh8::flat(0, 0, places), order: None, work, spheres: 0 }
+    }
+
     /// Builds it; none where `stop` gave the build up. What few things there are is sorted by kind.
     fn build<R: Real>(
         group: &PrimitiveSet<R>,
@@ -135,25 +128,22 @@ impl Structure {
         boxes: &[PaddedBox],
         stop: Stop<'_>,
     ) -> Option<Self> {
-        let linear = |work| Self { accelerator: Accelerator::Linear(boxes.len()), order: None, work, flat: None };
-        let AcceleratorKind::Tree(quality) = kind else { return Some(linear(None)) };
-        if let Some(flat @ Flat { spheres, triangles, others }) = Flat::of::<R>(bounded, few) {
+        let AcceleratorKind::Tree(quality) = kind else { return Some(Self::scan(boxes.len(), None)) };
+        if let Some([spheres, triangles, others]) = without_nodes::<R>(bounded, few) {
             if spheres + triangles > 0 {
                 let place = |kind: Kind| [Kind::Sphere, Kind::Triangle].iter().position(|&first| first == kind);
                 bounded.sort_by_key(|slot| place(slot.kind).unwrap_or(2));
             }
-            let accelerator = Accelerator::Bvh8(Bvh8::flat(spheres, triangles, others));
-            return Some(Self { accelerator, order: None, work: Some(BuildWork::default()), flat: Some(flat) });
+            let bvh = Bvh8::flat(spheres, triangles, others);
+            return Some(Self { bvh, order: None, work: Some(BuildWork::default()), spheres });
         }
         let bounded = &*bounded;
         let company = |place: u32| group.company(&bounded[place as usize]);
         let Build { tree, work } = build(boxes, quality, &company, stop)?;
         Some(match tree {
-            Some((tree, order)) => {
-                Self { accelerator: Accelerator::Bvh8(tree), order: Some(order), work: Some(work), flat: None }
-            }
+            Some((bvh, order)) => Self { bvh, order: Some(order), work: Some(work), spheres: 0 },
             // Were the builders wrong, queries would be slow, and right.
-            None => linear(Some(work)),
+            None => Self::scan(boxes.len(), Some(work)),
         })
     }
 }
@@ -173,11 +163,11 @@ impl<R: Real> Geometry<R> {
         let Sorted { mut slots, mut bounded, mut nothing, boxes, bounds } = Sorted::new(&mut group);
         let unbounded = slots.len();
         let few = group.few(unbounded + bounded.len() + nothing.len());
-        let Structure { mut accelerator, order, work, flat } = Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
+        let Structure { mut bvh, order, work, spheres } = Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
         let sphere = BoundingSphere::new(bounds.centre(), &boxes);
         drop(boxes);
-        let is_wide = R::IS_SINGLE && matches!(accelerator, Accelerator::Bvh8(_));
-        let planes = if is_wide { planes_first(&mut slots) } else { 0 };
+        let has_lanes = R::IS_SINGLE && kind != AcceleratorKind::Linear;
+        let planes = if has_lanes { planes_first(&mut slots) } else { 0 };
         let mut firsts = slots;
         let mut slots = huge_page_vec(unbounded + bounded.len() + nothing.len());
         slots.append(&mut firsts);
@@ -189,16 +179,13 @@ impl<R: Real> Geometry<R> {
         slots.append(&mut nothing);
         let faces = group.has_faces();
         group.slots = slots;
-        if R::IS_SINGLE
-            && let Accelerator::Bvh8(bvh) = &mut accelerator
-        {
-            group.move_triangles(bvh, unbounded);
-            let spheres = flat.map_or(0, |flat| flat.spheres);
-            group.make_rows(bvh, planes, unbounded..unbounded + spheres);
-            group.fill_leaves(bvh, unbounded);
+        if has_lanes {
+            group.move_triangles(&mut bvh, unbounded);
+            group.make_rows(&mut bvh, planes, unbounded..unbounded + spheres);
+            group.fill_leaves(&mut bvh, unbounded);
         }
         group.follow();
-        Some(Self { faces, group, unbounded, planes, accelerator, work, bounds, sphere })
+        Some(Self { faces, group, unbounded, planes, bvh, work, bounds, sphere })
     }
 
     /// The box around everything bounded; none when something is without bounds.
@@ -233,34 +220,33 @@ impl<R: Real> Geometry<R> {
 
     /// Bytes of primitives and accelerators, those of what instances show included.
     pub fn bytes(&self) -> usize {
-        self.group.bytes() + self.accelerator.bytes()
+        self.group.bytes() + self.bvh.bytes()
     }
 
     /// A triangle by its place in its array, wherever that is.
     #[inline(always)]
     pub(crate) fn triangle(&self, index: usize) -> Triangle<R> {
-        match &self.accelerator {
-            Accelerator::Bvh8(bvh) if R::IS_SINGLE => {
-                Triangle { vertices: bvh.triangle(index as u32).vertices.map(|v| Vector::from_f64(v.as_dvec3())) }
-            }
-            _ => self.group.triangles[index],
+        if R::IS_SINGLE && self.bvh.has_blocks() {
+            return Triangle { vertices: self.bvh.triangle(index as u32).vertices.map(|v| Vector::from_f64(v.as_dvec3())) };
         }
+        self.group.triangles[index]
     }
 
-    /// Which code walks the tree; none where there is no wide one.
+    /// What rays of stored f32 traverse; none where primitives are tested one by one.
+    #[inline(always)]
+    pub(crate) fn lanes(&self) -> Option<&Bvh8> {
+        (R::IS_SINGLE && self.bvh.places_alone().is_none()).then_some(&self.bvh)
+    }
+
+    /// Which code walks the tree; none for a scan.
     pub fn kernel(&self) -> Option<Kernel> {
-        match &self.accelerator {
-            Accelerator::Bvh8(bvh) => Some(bvh.kernel()),
-            _ => None,
-        }
+        self.work.map(|_| self.bvh.kernel())
     }
 
     /// Lets other code walk the tree, here and in what instances show: for comparisons, since hits are the same. One that the
     /// processor can't run is as [`Kernel::Portable`].
     pub fn set_kernel(&mut self, kernel: Kernel) {
-        if let Accelerator::Bvh8(bvh) = &mut self.accelerator {
-            bvh.set_kernel(kernel);
-        }
+        self.bvh.set_kernel(kernel);
         self.group.parts.iter_mut().for_each(|part| part.set_kernel(kernel));
     }
 

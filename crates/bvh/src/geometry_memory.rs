@@ -1,6 +1,6 @@
 //! How many primitives of which kind a set will hold, and so what memory it will take, before there is one.
 
-use crate::accelerator::{Accelerator, AcceleratorKind};
+use crate::build::AcceleratorKind;
 use crate::bvh8::{Bvh8, PrimitiveCounts};
 use crate::instance::Instance;
 use crate::motion::Motion;
@@ -77,7 +77,10 @@ impl GeometryMemory {
         let Self { triangles, spheres, .. } = *self;
         let shares = PrimitiveCounts { triangles, spheres, others };
         let shares = if R::IS_SINGLE { shares } else { PrimitiveCounts { triangles: 0, spheres: 0, others: bounded } };
-        let tree = Accelerator::most_bytes(kind, bounded, few as u64, shares);
+        let tree = match kind {
+            AcceleratorKind::Tree(_) if bounded > few as u64 => Bvh8::most_bytes(shares),
+            _ => 0,
+        };
         self.bytes::<R>(wide).saturating_add(planes).saturating_add(tree)
     }
 
@@ -204,8 +207,8 @@ mod tests {
     #[test]
     fn the_emptiest_nodes_are_reckoned_with() {
         let most = |count: u64| {
-            let shares = PrimitiveCounts { triangles: 0, spheres: 0, others: count };
-            Accelerator::most_bytes(AcceleratorKind::default(), count, 2, shares)
+            let memory = GeometryMemory { shapes: count, ..GeometryMemory::default() };
+            memory.most_bytes::<f32>(AcceleratorKind::default()) - memory.most_bytes::<f32>(AcceleratorKind::Linear)
         };
         assert_eq!([most(8), most(2)], [(4 * 8 + 3) / 7 * 256, 0]);
     }

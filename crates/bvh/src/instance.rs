@@ -3,7 +3,7 @@
 use glam::DAffine3;
 
 use crate::aabb::{Aabb, BoundingSphere};
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_bounds};
 use crate::shapes::{Transform, transform_bounds};
 
 /// No motion: beyond the end of any list of them.
@@ -33,7 +33,7 @@ impl Instance {
         // has come from something too large.
         let mapped = |b: Aabb| if b.is_empty() { Aabb::EMPTY } else { transform_bounds(&to_world, &b) };
         let to_object = RoughInverse::new(&transform);
-        Ok(Self { to_object, part, motion: STILL, transform, bounds: checked(bounds.map(mapped))? })
+        Ok(Self { to_object, part, motion: STILL, transform, bounds: check_bounds(bounds.map(mapped))? })
     }
 
     /// One that goes from the first map to the second. On the way a point is between its two ends, so the box around both ends'
@@ -42,7 +42,7 @@ impl Instance {
         let [start, end] = to_world.map(|map| Self::new(part, bounds, map));
         let (start, end) = (start?, end?);
         let both = start.bounds.zip(end.bounds).map(|(start, end)| start.union(end));
-        Ok(Self { to_object: RoughInverse::NONE, motion, bounds: checked(both)?, ..start })
+        Ok(Self { to_object: RoughInverse::NONE, motion, bounds: check_bounds(both)?, ..start })
     }
 
     /// What of its box is in that around the sphere of its part, too.
@@ -107,10 +107,4 @@ impl RoughInverse {
         let size = |v: [f32; 3]| v[0].abs() + v[1].abs() + v[2].abs();
         ([times(offset), times(direction)], [self.error * size(offset), self.error * size(direction)])
     }
-}
-
-/// Refuses what no tree can hold. Nothing at all is fine.
-fn checked(bounds: Option<Aabb>) -> Result<Option<Aabb>, GeometryError> {
-    let refused = bounds.is_some_and(|b| b != Aabb::EMPTY && b.padded().is_none());
-    if refused { Err(GeometryError::NotFinite) } else { Ok(bounds) }
 }

@@ -33,7 +33,6 @@
 #![deny(unsafe_code)]
 
 pub mod aabb;
-mod accelerator;
 mod binary;
 mod build;
 mod bvh8;
@@ -53,8 +52,7 @@ pub mod scalar;
 pub mod shapes;
 mod stats;
 pub use aabb::{Aabb, PaddedBox};
-pub use accelerator::AcceleratorKind;
-pub use build::{BuildQuality, BuildWork};
+pub use build::{AcceleratorKind, BuildQuality, BuildWork};
 pub use bvh8::Kernel;
 pub use error::GeometryError;
 pub use geometry::Geometry;

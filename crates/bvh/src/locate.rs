@@ -39,7 +39,7 @@ impl<R: Real> Geometry<R> {
             return normal;
         }
         let mut room = None;
-        let transform = group.transform(&group.instances[slot.index as usize], ray.time.to_f64(), &mut room);
+        let (transform, _) = group.shown(&group.instances[slot.index as usize], ray.time.to_f64(), &mut room);
         R::Vec3::from_f64(transform.normal_to_world(normal.to_f64()))
     }
 
@@ -55,9 +55,8 @@ impl<R: Real> Geometry<R> {
             Kind::Shape => group.shapes[index].locate_under(probe, hit, maps),
             Kind::TransformedShape => group.placed[index].locate_under(probe, hit, maps),
             Kind::Instance => {
-                let (instance, mut room) = (&group.instances[index], None);
-                let transform = group.transform(instance, probe.time, &mut room);
-                let part = &group.parts[instance.part as usize];
+                let mut room = None;
+                let (transform, part) = group.shown(&group.instances[index], probe.time, &mut room);
                 let maps = Maps::new(transform, None);
                 transform.located_to_world(&part.locate(&transform.probe_to_object(probe), hit, [inner, inner], Some(maps)))
             }
@@ -74,9 +73,8 @@ impl<R: Real> Geometry<R> {
             Kind::Shape => group.shapes[index].parameters(probe, hit),
             Kind::TransformedShape => group.placed[index].parameters(probe, hit),
             Kind::Instance => {
-                let (instance, mut room) = (&group.instances[index], None);
-                let transform = group.transform(instance, probe.time, &mut room);
-                let part = &group.parts[instance.part as usize];
+                let mut room = None;
+                let (transform, part) = group.shown(&group.instances[index], probe.time, &mut room);
                 let there = part.parameters_at(&transform.probe_to_object(probe), hit, [inner, inner]);
                 transform.parameters_to_world(&there)
             }

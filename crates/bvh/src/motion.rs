@@ -3,6 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::error::GeometryError;
+use crate::geometry::Geometry;
 use crate::instance::Instance;
 use crate::math::double_double::DoubleDouble;
 use crate::primitive_set::PrimitiveSet;
@@ -51,13 +52,19 @@ impl Motion {
 }
 
 impl<R: Real> PrimitiveSet<R> {
-    /// The map of an instance at a ray's time: its own, or where it moves one that is put into `room`.
+    /// The map of an instance at a ray's time, its own, or where it moves one that is put into `room`, and what it shows.
     #[inline(always)]
-    pub(crate) fn transform<'a>(&'a self, instance: &'a Instance, time: f64, room: &'a mut Option<Transform>) -> &'a Transform {
-        match self.motions.get(instance.motion as usize) {
+    pub(crate) fn shown<'a>(
+        &'a self,
+        instance: &'a Instance,
+        time: f64,
+        room: &'a mut Option<Transform>,
+    ) -> (&'a Transform, &'a Geometry<R>) {
+        let transform = match self.motions.get(instance.motion as usize) {
             None => &instance.transform,
             Some(motion) => room.insert(motion.at(time)),
-        }
+        };
+        (transform, &self.parts[instance.part as usize])
     }
 }
 

@@ -8,8 +8,8 @@ use glam::DAffine3;
 use crate::aabb::Aabb;
 use crate::build::LeafKind;
 use crate::bvh8::MAX_PRIMITIVES;
-use crate::bvh8::{Bvh8, Row, WIDTH};
-use crate::error::GeometryError;
+use crate::bvh8::{Bvh8, Row, RowKind, WIDTH};
+use crate::error::{GeometryError, check_bounds};
 use crate::geometry::Geometry;
 use crate::instance::Instance;
 use crate::memory::huge_page_vec;
@@ -48,7 +48,7 @@ impl Slot {
 }
 
 /// Primitives by kind, and what shows them. An object is a shape, a mesh or an instance.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct PrimitiveSet<R: Real> {
     /// As they were added; once there is an accelerator, in its order.
     pub(crate) slots: Vec<Slot>,
@@ -64,14 +64,6 @@ pub struct PrimitiveSet<R: Real> {
     pub(crate) motions: Vec<Motion>,
     /// What instances show.
     pub(crate) parts: Vec<Geometry<R>>,
-}
-
-impl<R: Real> Default for PrimitiveSet<R> {
-    fn default() -> Self {
-        let (slots, spheres, triangles, planes) = Default::default();
-        let (shapes, placed, instances, motions, parts) = Default::default();
-        Self { slots, objects: 0, spheres, triangles, planes, shapes, placed, instances, motions, parts }
-    }
 }
 
 impl<R: Real> PrimitiveSet<R> {
@@ -316,8 +308,11 @@ impl<R: Real> PrimitiveSet<R> {
         }
     }
 
-    /// Gives the triangles to the blocks of the tree, which keeps the only copy. The slots from `first` on are in its order.
+    /// Gives the triangles to the blocks of the tree, where it has some, which keeps the only copy. The slots from `first` on are in its order.
     pub(crate) fn move_triangles(&mut self, bvh: &mut Bvh8, first: usize) {
+        if !bvh.has_blocks() {
+            return;
+        }
         let triangles = take(&mut self.triangles);
         bvh.fill(&mut self.slots, first, |slot| {
             let triangle = triangles[slot.index as usize];
@@ -327,26 +322,27 @@ impl<R: Real> PrimitiveSet<R> {
 
     /// Lets every query test the first slots, which are planes, and those of some spheres, in rows.
     pub(crate) fn make_rows(&self, bvh: &mut Bvh8, planes: usize, spheres: Range<usize>) {
-        let plane = |slot: &Slot| {
-            let Plane { point, normal, tangent } = self.planes[slot.index as usize];
-            (Plane { point: point.to_f32(), normal: normal.to_f32(), tangent: tangent.to_f32() }, slot.visibility)
-        };
-        let firsts = |range: Range<usize>| range.clone().step_by(WIDTH).map(move |first| first..range.end.min(first + WIDTH));
-        bvh.test_always(firsts(0..planes).map(|row| Row::of_planes(row.start, self.slots[row].iter().map(plane))));
-        bvh.test_always(firsts(spheres).map(|row| self.row_of_spheres(row)));
+        for (kind, slots) in [(RowKind::Planes, 0..planes), (RowKind::Spheres, spheres)] {
+            let firsts = slots.clone().step_by(WIDTH);
+            bvh.test_always(firsts.map(|first| self.row(kind, first..slots.end.min(first + WIDTH))));
+        }
     }
 
-    fn row_of_spheres(&self, slots: Range<usize>) -> Row {
-        let sphere = |slot: &Slot| {
-            let Sphere { centre, radius } = self.spheres[slot.index as usize];
-            (Sphere { centre: centre.to_f32(), radius: radius.to_f32() }, slot.visibility)
+    fn row(&self, kind: RowKind, slots: Range<usize>) -> Row {
+        let own = |slot: &Slot| {
+            let index = slot.index as usize;
+            let numbers = match kind {
+                RowKind::Spheres => [self.spheres[index].centre, R::Vec3::splat(self.spheres[index].radius)],
+                RowKind::Planes => [self.planes[index].point, self.planes[index].normal],
+            };
+            (numbers.map(Vector::to_f32), slot.visibility)
         };
-        Row::of_spheres(slots.start, self.slots[slots].iter().map(sphere))
+        Row::new(kind, slots.start, self.slots[slots].iter().map(own))
     }
 
     /// Puts the spheres that share leaves of the tree there. The slots from `first` on are in its order.
     pub(crate) fn fill_leaves(&self, bvh: &mut Bvh8, first: usize) {
-        bvh.fill_rows(first, |slots| self.row_of_spheres(slots));
+        bvh.fill_rows(first, |slots| self.row(RowKind::Spheres, slots));
     }
 }
 
@@ -368,12 +364,5 @@ fn append<T>(list: &mut Vec<T>, item: T) -> u32 {
 fn check_corners<R: Real>(triangle: &Triangle<R>) -> Result<(), GeometryError> {
     let most = R::from_f64(f64::from(f32::MAX) * 0.5);
     let within = |corner: &R::Vec3| corner.is_finite() && corner.abs().max_element() < most;
-    if triangle.vertices.iter().all(within) { Ok(()) } else { check_bounds(triangle.bounds()) }
-}
-
-fn check_bounds(bounds: Option<Aabb>) -> Result<(), GeometryError> {
-    match bounds {
-        Some(b) if b.padded().is_none() => Err(GeometryError::NotFinite),
-        _ => Ok(()),
-    }
+    if triangle.vertices.iter().all(within) { Ok(()) } else { check_bounds(triangle.bounds()).map(drop) }
 }

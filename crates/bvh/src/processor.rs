@@ -1,6 +1,9 @@
 //! What depends on the processor that a program runs on: that memory will be wanted soon, and how wide its registers are.
 #![expect(unsafe_code, reason = "instructions of the processor; each block says why it may")]
 
+#[cfg(target_arch = "x86_64")]
+use crate::math::simd::{Avx2, Avx512};
+
 /// Arithmetic in plain loops over lists, of which a compiler makes as many numbers at a time as registers hold.
 pub trait Loops {
     /// What comes of it.
@@ -15,15 +18,11 @@ pub trait Loops {
 pub fn widest<L: Loops>(work: L) -> L::Output {
     #[cfg(target_arch = "x86_64")]
     {
-        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2") {
-            if is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512vl")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx512bw")
-            {
-                // SAFETY: the processor has what the function is compiled for.
-                return unsafe { with_avx512(work) };
-            }
+        if Avx512::detect().is_some() {
+            // SAFETY: the processor has what the function is compiled for.
+            return unsafe { with_avx512(work) };
+        }
+        if Avx2::detect().is_some() {
             // SAFETY: as before.
             return unsafe { with_avx2(work) };
         }
@@ -47,14 +46,22 @@ fn with_avx2<L: Loops>(work: L) -> L::Output {
 /// list's end, and where the processor has no such instruction, it does nothing.
 #[inline(always)]
 pub fn prefetch<T>(list: &[T], place: usize) {
-    #[cfg(target_arch = "x86_64")]
     if let Some(wanted) = list.get(place) {
+        prefetch_line(wanted);
+    }
+}
+
+/// The same of the line of memory at a place, whatever is there.
+#[inline(always)]
+pub(crate) fn prefetch_line<T>(place: *const T) {
+    #[cfg(target_arch = "x86_64")]
+    {
         use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         // SAFETY: every x86-64 processor has the instruction, and it reads nothing that the program could see.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(core::ptr::from_ref(wanted).cast()) };
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(place.cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (list, place);
+    let _ = place;
 }
 
 #[cfg(test)]

@@ -11,7 +11,6 @@ pub use packet::{PacketBackoff, RayPacket};
 
 use core::ops::Range;
 
-use crate::accelerator::Accelerator;
 use crate::geometry::Geometry;
 use crate::primitive_set::{Kind, Slot};
 use crate::ray::{Hit, Interval, Query, Ray};
@@ -39,11 +38,12 @@ impl<R: Real> Geometry<R> {
     /// those the lowest primitive.
     #[inline(never)]
     pub fn closest<T: TraversalCounter>(&self, ray: &Ray<R>, range: Interval<R>, tally: &mut T) -> Option<Hit<R>> {
-        let found = match &self.accelerator {
-            Accelerator::Bvh8(bvh) if R::IS_SINGLE => self.visit_stored(bvh, ray, ClosestHit::new(range), tally).1.found,
-            _ => self.closest_prepared(ray, range, tally),
+        let Some(bvh) = self.lanes() else {
+            return self.closest_prepared(ray, range, tally).map(|found| self.named(&found));
         };
-        found.map(|found| self.named(&found))
+        let mut visitor = self.visitor(ray, ClosestHit::new(range), tally);
+        self.visit_stored(bvh, ray, &mut visitor);
+        visitor.query.found.as_ref().map(|found| self.named(found))
     }
 
     /// The nearest hit of a ray that is prepared first: by a scan, and of what is stored in f64. Apart, since what it needs of the machine's
@@ -96,9 +96,9 @@ impl<R: Real> Geometry<R> {
     ) -> bool {
         let mut accept = |found: SlotHit<R>| ask(&self.named(&found));
         let query = AnyHit::<_, true> { range, accept: &mut accept };
-        match &self.accelerator {
-            Accelerator::Bvh8(bvh) if R::IS_SINGLE => self.visit_stored(bvh, ray, query, tally).0,
-            _ => self.visit_prepared(ray, query, tally),
+        match self.lanes() {
+            Some(bvh) => self.visit_stored(bvh, ray, &mut self.visitor(ray, query, tally)),
+            None => self.visit_prepared(ray, query, tally),
         }
     }
 

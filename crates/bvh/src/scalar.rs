@@ -212,6 +212,14 @@ pub trait Vector<R: Real>:
     fn to_f32(self) -> Vec3;
 }
 
+/// Functions that are inlined wherever they are called.
+macro_rules! inlined {
+    ($(fn $name:ident($($argument:tt)*) -> $out:ty $body:block)*) => { $(
+        #[inline(always)]
+        fn $name($($argument)*) -> $out $body
+    )* };
+}
+
 macro_rules! real {
     ($t:ident, $v:ident, $four:ident, $u:expr, $($libm:ident => $f:ident),*) => {
         impl Real for $t {
@@ -222,36 +230,24 @@ macro_rules! real {
             const INFINITY: Self = $t::INFINITY;
             const ROUNDOFF: Self = $u;
             const IS_SINGLE: bool = size_of::<$t>() == 4;
-            #[inline(always)]
-            fn from_f64(x: f64) -> Self { x as $t }
-            #[inline(always)]
-            fn from_f32(x: f32) -> Self { $t::from(x) }
-            #[inline(always)]
-            fn to_f64(self) -> f64 { f64::from(self) }
-            #[inline(always)]
-            fn to_f32(self) -> f32 { self as f32 }
-            #[inline(always)]
-            fn sqrt(self) -> Self { $t::sqrt(self) }
-            #[inline(always)]
-            fn abs(self) -> Self { $t::abs(self) }
-            #[inline(always)]
-            fn max(self, other: Self) -> Self { $t::max(self, other) }
-            #[inline(always)]
-            fn min(self, other: Self) -> Self { $t::min(self, other) }
-            #[inline(always)]
-            fn copysign(self, sign: Self) -> Self { $t::copysign(self, sign) }
-            #[inline(always)]
-            fn is_finite(self) -> bool { $t::is_finite(self) }
-            #[inline(always)]
-            fn is_nan(self) -> bool { $t::is_nan(self) }
-            #[inline(always)]
-            fn next_up(self) -> Self {
-                // The usual case alone, in two instructions.
-                if self > 0.0 && self < $t::INFINITY { $t::from_bits(self.to_bits() + 1) } else { $t::next_up(self) }
-            }
-            #[inline(always)]
-            fn next_down(self) -> Self {
-                if self > 0.0 { $t::from_bits(self.to_bits() - 1) } else { $t::next_down(self) }
+            inlined! {
+                fn from_f64(x: f64) -> Self { x as $t }
+                fn from_f32(x: f32) -> Self { $t::from(x) }
+                fn to_f64(self) -> f64 { f64::from(self) }
+                fn to_f32(self) -> f32 { self as f32 }
+                fn sqrt(self) -> Self { $t::sqrt(self) }
+                fn abs(self) -> Self { $t::abs(self) }
+                fn max(self, other: Self) -> Self { $t::max(self, other) }
+                fn min(self, other: Self) -> Self { $t::min(self, other) }
+                fn copysign(self, sign: Self) -> Self { $t::copysign(self, sign) }
+                fn is_finite(self) -> bool { $t::is_finite(self) }
+                fn is_nan(self) -> bool { $t::is_nan(self) }
+                // The usual case alone, above zero and finite, asked of the bits: of numbers a compiler makes five questions.
+                fn next_up(self) -> Self {
+                    let is_usual = self.to_bits().wrapping_sub(1) < $t::INFINITY.to_bits() - 1;
+                    if is_usual { $t::from_bits(self.to_bits() + 1) } else { $t::next_up(self) }
+                }
+                fn next_down(self) -> Self { if self > 0.0 { $t::from_bits(self.to_bits() - 1) } else { $t::next_down(self) } }
             }
             #[inline(always)]
             fn next_towards(self, sign: Self) -> Self {
@@ -267,42 +263,26 @@ macro_rules! real {
         impl Vector<$t> for $v {
             const ZERO: Self = $v::ZERO;
             const ONE: Self = $v::ONE;
-            #[inline(always)]
-            fn new(x: $t, y: $t, z: $t) -> Self { $v::new(x, y, z) }
-            #[inline(always)]
-            fn splat(value: $t) -> Self { $v::splat(value) }
-            #[inline(always)]
-            fn x(self) -> $t { self.x }
-            #[inline(always)]
-            fn y(self) -> $t { self.y }
-            #[inline(always)]
-            fn z(self) -> $t { self.z }
-            #[inline(always)]
-            fn axis(self, index: usize) -> $t { self[index] }
-            #[inline(always)]
-            fn dot(self, other: Self) -> $t { $v::dot(self, other) }
-            #[inline(always)]
-            fn cross(self, other: Self) -> Self { $v::cross(self, other) }
-            #[inline(always)]
-            fn length(self) -> $t { $v::length(self) }
-            #[inline(always)]
-            fn normalize(self) -> Self { self * (1.0 / $v::length(self)) }
-            #[inline(always)]
-            fn min(self, other: Self) -> Self { $v::min(self, other) }
-            #[inline(always)]
-            fn max(self, other: Self) -> Self { $v::max(self, other) }
-            #[inline(always)]
-            fn abs(self) -> Self { $v::abs(self) }
-            #[inline(always)]
-            fn max_element(self) -> $t { $v::max_element(self) }
-            #[inline(always)]
-            fn is_finite(self) -> bool { $v::is_finite(self) }
-            #[inline(always)]
-            fn from_f64(v: DVec3) -> Self { Self::new(v.x as $t, v.y as $t, v.z as $t) }
-            #[inline(always)]
-            fn to_f64(self) -> DVec3 { DVec3::new(self.x.into(), self.y.into(), self.z.into()) }
-            #[inline(always)]
-            fn to_f32(self) -> Vec3 { Vec3::new(self.x as f32, self.y as f32, self.z as f32) }
+            inlined! {
+                fn new(x: $t, y: $t, z: $t) -> Self { $v::new(x, y, z) }
+                fn splat(value: $t) -> Self { $v::splat(value) }
+                fn x(self) -> $t { self.x }
+                fn y(self) -> $t { self.y }
+                fn z(self) -> $t { self.z }
+                fn axis(self, index: usize) -> $t { self[index] }
+                fn dot(self, other: Self) -> $t { $v::dot(self, other) }
+                fn cross(self, other: Self) -> Self { $v::cross(self, other) }
+                fn length(self) -> $t { $v::length(self) }
+                fn normalize(self) -> Self { self * (1.0 / $v::length(self)) }
+                fn min(self, other: Self) -> Self { $v::min(self, other) }
+                fn max(self, other: Self) -> Self { $v::max(self, other) }
+                fn abs(self) -> Self { $v::abs(self) }
+                fn max_element(self) -> $t { $v::max_element(self) }
+                fn is_finite(self) -> bool { $v::is_finite(self) }
+                fn from_f64(v: DVec3) -> Self { Self::new(v.x as $t, v.y as $t, v.z as $t) }
+                fn to_f64(self) -> DVec3 { DVec3::new(self.x.into(), self.y.into(), self.z.into()) }
+                fn to_f32(self) -> Vec3 { Vec3::new(self.x as f32, self.y as f32, self.z as f32) }
+            }
         }
     };
     (@fn $libm:ident asin) => { #[inline] fn asin(self) -> Self { libm::$libm(Real::clamp(self, -1.0, 1.0)) } };

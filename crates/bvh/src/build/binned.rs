@@ -23,6 +23,9 @@ const SPARE: u32 = 16;
 /// Below this a second thread is not worth its start.
 const PARALLEL: usize = 8192;
 
+/// A node that is still to be made.
+const NONE: BinaryNode = BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 };
+
 /// What a tree is to be like.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Manner {
@@ -64,9 +67,7 @@ pub(super) fn binned(boxes: &[PaddedBox], company: LeafKindOf<'_>, manner: Manne
     items.par_extend((0..boxes.len()).into_par_iter().with_min_len(PARALLEL).map(item));
     let mut room = filled(items.len(), Item::default());
     let mut order = filled(items.len(), 0);
-    let first = items.first().map_or(LeafKind::None, Item::company);
-    let blocks = first != LeafKind::None && items.par_iter().with_min_len(PARALLEL).all(|item| item.company() == first);
-    let builder = Builder { manner, all: items.len(), blocks, stop };
+    let builder = Builder { manner, all: items.len(), blocks: alike(&items), stop };
     let levels = halvings(items.len()) + SPARE;
     let (grown, work) = builder.grow([&mut items, &mut room], Room { order: &mut order, start: 0, levels });
     let (nodes, parts) = flattened(grown);
@@ -111,7 +112,7 @@ impl Builder<'_> {
     fn grow(&self, [items, other]: [&mut [Item]; 2], room: Room<'_>) -> (Grown, u64) {
         if items.len() < PARALLEL || (self.stop)() {
             let mut nodes = Vec::with_capacity(items.len() / 2 + 1);
-            nodes.push(BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 });
+            nodes.push(NONE);
             let work = self.subtree(&mut nodes, 0, [items, other], room);
             return (Grown::Whole(nodes), work);
         }
@@ -134,7 +135,7 @@ impl Builder<'_> {
         let count = items.len() as u64;
         let ([left, right], [left_room, right_room]) = self.parted([items, other], room);
         let pair = nodes.len();
-        nodes.extend([BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 }; 2]);
+        nodes.extend([NONE; 2]);
         let work = self.subtree(nodes, pair, left, left_room) + self.subtree(nodes, pair + 1, right, right_room);
         let bounds = nodes[pair].bounds.union(&nodes[pair + 1].bounds);
         nodes[slot] = BinaryNode { bounds, first: pair as u32, count: 0 };
@@ -157,24 +158,27 @@ fn moved(node: &BinaryNode, base: u32) -> BinaryNode {
     BinaryNode { first, ..*node }
 }
 
-/// The nodes in one list, each before its children, and those of each thread in a range.
-fn flattened(grown: Grown) -> (Vec<BinaryNode>, Vec<Range<usize>>) {
-    const NONE: BinaryNode = BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 };
-    let mut nodes = vec![NONE];
-    let (mut wholes, mut above, mut waiting) = (Vec::new(), Vec::new(), vec![(0, grown)]);
-    while let Some((slot, grown)) = waiting.pop() {
-        match grown {
-            Grown::Whole(own) => wholes.push((slot, own)),
-            Grown::Parted(parts) => {
-                let [left, right] = *parts;
-                let pair = nodes.len();
-                nodes.extend([NONE; 2]);
-                nodes[slot].first = pair as u32;
-                above.push(slot);
-                waiting.extend([(pair + 1, right), (pair, left)]);
-            }
+/// Puts the nodes above those of each thread into a list, of which `slot` is the tree's own, and those of threads aside. Returns the tree's box.
+fn place(grown: Grown, slot: usize, nodes: &mut Vec<BinaryNode>, wholes: &mut Vec<(usize, Vec<BinaryNode>)>) -> PaddedBox {
+    match grown {
+        Grown::Whole(own) => {
+            wholes.push((slot, own));
+            wholes[wholes.len() - 1].1[0].bounds
+        }
+        Grown::Parted(parts) => {
+            let ([left, right], pair) = (*parts, nodes.len());
+            nodes.extend([NONE; 2]);
+            let bounds = place(left, pair, nodes, wholes).union(&place(right, pair + 1, nodes, wholes));
+            nodes[slot] = BinaryNode { bounds, first: pair as u32, count: 0 };
+            bounds
         }
     }
+}
+
+/// The nodes in one list, each before its children, and those of each thread in a range.
+fn flattened(grown: Grown) -> (Vec<BinaryNode>, Vec<Range<usize>>) {
+    let (mut nodes, mut wholes) = (vec![NONE], Vec::new());
+    place(grown, 0, &mut nodes, &mut wholes);
     let tops = nodes.len();
     let total = tops + wholes.iter().map(|(_, own)| own.len() - 1).sum::<usize>();
     let mut all = huge_page_vec(total);
@@ -196,10 +200,6 @@ fn flattened(grown: Grown) -> (Vec<BinaryNode>, Vec<Range<usize>>) {
             *node = moved(source, base);
         }
     });
-    for slot in above.into_iter().rev() {
-        let pair = all[slot].first as usize;
-        all[slot].bounds = all[pair].bounds.union(&all[pair + 1].bounds);
-    }
     (all, ranges)
 }
 

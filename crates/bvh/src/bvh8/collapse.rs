@@ -11,7 +11,7 @@ use super::{Bvh8, Child, MAX_DEPTH, Node, WIDTH};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::Binary;
 use crate::build::{LeafKind, LeafKindOf};
-use crate::bvh8::row::Row;
+use crate::bvh8::row::{Row, RowKind};
 use crate::bvh8::triangle8::{LeafHeader, Triangle8};
 use crate::memory::{filled, huge_page_vec};
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
@@ -19,14 +19,20 @@ use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 /// A block of fewer primitives takes in another one beside it where both fit into one.
 const SPARSE: usize = 3;
 
-/// A lane of a node to be.
-#[derive(Clone, Copy)]
-struct Lane {
-    node: u32,
-    leaf: bool,
+/// What a lane will hold.
+enum LaneContent {
+    Inner(u32),
+    Other(u32),
+    Several(LeafKind, ArrayVec<u32, WIDTH>),
 }
 
-type Lanes = ArrayVec<Lane, WIDTH>;
+/// A lane of a node to be.
+struct Lane {
+    bounds: PaddedBox,
+    content: LaneContent,
+}
+
+type NodeLanes = ArrayVec<Lane, WIDTH>;
 
 struct Collapse<'a> {
     binary: &'a Binary,
@@ -61,24 +67,38 @@ impl Collapse<'_> {
     }
 
     /// Appends what a subtree becomes in up to so many lanes.
-    fn open(&self, node: u32, mut lanes: usize, out: &mut Lanes) {
+    fn open(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
         let pick = &self.costs[node as usize].pick;
         while lanes > 1 && pick[lanes - 1] == FEWER {
             lanes -= 1;
         }
         match pick[lanes - 1] {
-            AS_LEAF => out.push(Lane { node, leaf: true }),
-            AS_INNER if lanes == 1 => out.push(Lane { node, leaf: false }),
+            AS_LEAF => out.push(self.lane(node, self.leaf(node))),
+            AS_INNER if lanes == 1 => out.push(self.lane(node, LaneContent::Inner(node))),
             _ => self.divide(self.binary.nodes[node as usize].first, lanes, out),
         }
     }
 
-    fn divide(&self, left: u32, lanes: usize, out: &mut Lanes) {
+    fn divide(&self, left: u32, lanes: usize, out: &mut NodeLanes) {
         let leaves = self.costs[left as usize].leaves + self.costs[left as usize + 1].leaves;
         let lanes = lanes.min(leaves.into());
         let to_left = self.to_left(left, lanes);
         self.open(left, to_left, out);
         self.open(left + 1, lanes - to_left, out);
+    }
+
+    fn lane(&self, node: u32, content: LaneContent) -> Lane {
+        Lane { bounds: self.binary.nodes[node as usize].bounds, content }
+    }
+
+    fn leaf(&self, node: u32) -> LaneContent {
+        let Costs { alike, company, .. } = self.costs[node as usize];
+        if usize::from(alike) > WIDTH {
+            return LaneContent::Other(self.binary.order[self.binary.nodes[node as usize].first as usize]);
+        }
+        let mut places = ArrayVec::new();
+        self.places(node, &mut places);
+        LaneContent::Several(company, places)
     }
 
     /// Appends the places of a subtree of few leaves.
@@ -102,15 +122,15 @@ impl Collapse<'_> {
                 return None;
             }
             piece.deepest = piece.deepest.max(depth);
-            let mut lanes = Lanes::new();
+            let mut lanes = NodeLanes::new();
             self.divide(self.binary.nodes[root as usize].first, WIDTH, &mut lanes);
             let first = work.len();
-            let mut all = self.filled(&lanes);
+            join_sparse(&mut lanes);
             // Rays that ask for any hit go from the last lane to the first: to what ends them soonest.
-            let of = |filled: &Filled| (!matches!(filled.kind, LaneContent::Inner(_)), half_area(&filled.bounds));
-            all.sort_by(|a, b| of(a).0.cmp(&of(b).0).then(of(a).1.total_cmp(&of(b).1)));
-            for (lane, filled) in all.into_iter().enumerate() {
-                let child = match filled.kind {
+            let of = |lane: &Lane| (!matches!(lane.content, LaneContent::Inner(_)), half_area(&lane.bounds));
+            lanes.sort_by(|a, b| of(a).0.cmp(&of(b).0).then(of(a).1.total_cmp(&of(b).1)));
+            for (lane, Lane { bounds, content }) in lanes.into_iter().enumerate() {
+                let child = match content {
                     LaneContent::Inner(node) if node as usize >= tops => {
                         piece.jobs.push(Job { slot, lane, root: node, depth: depth + 1 });
                         Child::NONE
@@ -126,7 +146,7 @@ impl Collapse<'_> {
                     }
                     LaneContent::Several(company, places) => piece.leaf(company, &places),
                 };
-                piece.nodes[slot].set(lane, &filled.bounds, child);
+                piece.nodes[slot].set(lane, &bounds, child);
             }
             work[first..].reverse();
         }
@@ -141,7 +161,7 @@ impl Piece {
         self.order.extend_from_slice(places);
         match company {
             LeafKind::Spheres if count > 1 => {
-                self.rows.push(Row::room(first, count));
+                self.rows.push(Row::room(RowKind::Spheres, first, count));
                 Child::row(self.rows.len() - 1)
             }
             LeafKind::Triangles => {
@@ -183,7 +203,8 @@ impl Bvh8 {
             };
             bvh.nodes.extend(piece.nodes.into_iter().map(moved));
             bvh.facts.extend(piece.facts.into_iter().map(|facts| LeafHeader { first: facts.first + place, ..facts }));
-            bvh.rows.extend(piece.rows.into_iter().map(|row| row.moved(place)));
+            bvh.rows.extend(piece.rows);
+            bvh.rows[bases[3] as usize..].iter_mut().for_each(|row| row.facts.first += place);
             order.extend(piece.order);
             deepest = deepest.max(piece.deepest);
         }
@@ -192,72 +213,42 @@ impl Bvh8 {
     }
 }
 
-/// What a lane will hold.
-enum LaneContent {
-    Inner(u32),
-    Other(u32),
-    Several(LeafKind, ArrayVec<u32, WIDTH>),
-}
-
-struct Filled {
-    bounds: PaddedBox,
-    kind: LaneContent,
-}
-
-impl Collapse<'_> {
-    /// The lanes of a node with what is in them. Sparse blocks are put together: a node has at most one of each company, or those
-    /// beside it are so full that they would not fit.
-    fn filled(&self, lanes: &Lanes) -> ArrayVec<Filled, WIDTH> {
-        let mut filled: ArrayVec<Filled, WIDTH> = ArrayVec::new();
-        for &Lane { node, leaf } in lanes {
-            let bounds = self.binary.nodes[node as usize].bounds;
-            let kind = if !leaf {
-                LaneContent::Inner(node)
-            } else if usize::from(self.costs[node as usize].alike) > WIDTH {
-                LaneContent::Other(self.binary.order[self.binary.nodes[node as usize].first as usize])
-            } else {
-                let mut places = ArrayVec::new();
-                self.places(node, &mut places);
-                LaneContent::Several(self.costs[node as usize].company, places)
-            };
-            filled.push(Filled { bounds, kind });
+/// Puts sparse blocks of a node together: it has at most one of each company, or those beside it are so full that they would not fit.
+fn join_sparse(lanes: &mut NodeLanes) {
+    while let Some((into, from)) = pair(lanes) {
+        let Lane { bounds, content: LaneContent::Several(_, places) } = lanes.remove(from) else { break };
+        let into = &mut lanes[into - usize::from(from < into)];
+        into.bounds = into.bounds.union(&bounds);
+        if let LaneContent::Several(_, own) = &mut into.content {
+            own.extend(places);
         }
-        while let Some((into, from)) = pair(&filled) {
-            let Filled { bounds, kind: LaneContent::Several(_, places) } = filled.remove(from) else { break };
-            let into = into - usize::from(from < into);
-            filled[into].bounds = filled[into].bounds.union(&bounds);
-            if let LaneContent::Several(_, own) = &mut filled[into].kind {
-                own.extend(places);
-            }
-        }
-        filled
     }
 }
 
 /// Two blocks that fit into one, the latter one sparse: of those the pair that grows least.
-fn pair(filled: &[Filled]) -> Option<(usize, usize)> {
-    let count = |lane: usize| match &filled[lane].kind {
+fn pair(lanes: &[Lane]) -> Option<(usize, usize)> {
+    let count = |lane: usize| match &lanes[lane].content {
         LaneContent::Several(company, places) => Some((*company, places.len())),
         _ => None,
     };
     let spent = |lane: usize| {
         let (company, own) = count(lane)?;
-        Some(half_area(&filled[lane].bounds) * weight(company, own as u8))
+        Some(half_area(&lanes[lane].bounds) * weight(company, own as u8))
     };
     // Blocks of triangles that are sparse take memory. Other leaves are put together where that costs rays less.
     let pays = |a: usize, b: usize, company: LeafKind, together: usize| {
-        let area = half_area(&filled[a].bounds.union(&filled[b].bounds));
+        let area = half_area(&lanes[a].bounds.union(&lanes[b].bounds));
         company == LeafKind::Triangles
             || spent(a).zip(spent(b)).is_some_and(|(a, b)| area * weight(company, together as u8) < a + b)
     };
     let growth = |&(a, b): &(usize, usize)| {
-        let [a, b] = [&filled[a].bounds, &filled[b].bounds];
+        let [a, b] = [&lanes[a].bounds, &lanes[b].bounds];
         half_area(&a.union(b)) - half_area(a) - half_area(b)
     };
-    if !(0..filled.len()).any(|lane| count(lane).is_some_and(|(_, own)| own < SPARSE)) {
+    if !(0..lanes.len()).any(|lane| count(lane).is_some_and(|(_, own)| own < SPARSE)) {
         return None;
     }
-    let pairs = (0..filled.len()).flat_map(|b| (0..filled.len()).map(move |a| (a, b)));
+    let pairs = (0..lanes.len()).flat_map(|b| (0..lanes.len()).map(move |a| (a, b)));
     let fit = pairs.filter(|&(a, b)| {
         let fits =
             |((own, into), (other, from))| own == other && from < SPARSE && into + from <= WIDTH && pays(a, b, own, into + from);

@@ -4,14 +4,12 @@
 //! everything else is inlined.
 #![expect(unsafe_code, reason = "calls of functions that are compiled for instructions whose token the caller has")]
 
-use super::flat::{blocks, rows};
+use super::leaf::{blocks, rows, spheres, triangles};
 use super::packet::{self, PacketResult, PacketState, PacketVisitor};
 use super::row::RayF64;
-use super::sphere_leaf::spheres;
 use super::traversal_ray::{LeafRay, TraversalRay};
-use super::traversal_simd::{TraversalSimd, settled};
+use super::traversal_simd::TraversalSimd;
 use super::traverse::{HitVisitor, traverse, traverse_instance};
-use super::triangle8::Triangle8;
 use super::{Bvh8, Child};
 use crate::aabb::BoundingSphere;
 use crate::instance::RoughInverse;
@@ -79,8 +77,8 @@ macro_rules! traversals {
 macro_rules! leaves {
     ($token:ident, $compiled:meta) => {
         entries! { $token, $compiled:
-            fn settle<A: HitVisitor>(s, block: &Triangle8, at: [usize; 2], aim: &LeafRay, answer: &mut A) {
-                settled(s, block, at, aim, answer)
+            fn settle<A: HitVisitor>(s, bvh: &Bvh8, number: usize, lanes: u32, aim: &LeafRay, answer: &mut A) {
+                triangles(s, bvh, number, lanes, aim, answer)
             } -> bool;
             fn spheres<A: HitVisitor>(s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, line: &mut Option<RayF64>, answer: &mut A) {
                 spheres(s, bvh, leaf, aim, line, answer)

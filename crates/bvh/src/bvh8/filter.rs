@@ -44,14 +44,14 @@ use crate::math::simd::Simd;
 ///
 /// With one in place of two nothing would be *beyond* wrongly either where the range ends above zero: |T| in f32 is below (12 + 12) u E² R for
 /// such a triangle, and e_T is 28 u E² R. Two needs no such argument.
-pub(super) const TOLD: f32 = 2.0;
+const TOLD: f32 = 2.0;
 
 /// More than what underflows.
 const UNDERFLOW: f32 = 512.0 * f32::MIN_POSITIVE;
 
 /// What the filter leaves, a bit a lane, and for [`certain`] what it found on the way.
 #[derive(Clone, Copy)]
-pub(super) struct Left<S: Simd> {
+pub(super) struct Candidates<S: Simd> {
     pub lanes: u32,
     least: S::Floats,
     greatest: S::Floats,
@@ -63,12 +63,12 @@ pub(super) struct Left<S: Simd> {
 }
 
 #[inline(always)]
-fn spread<S: Simd>(s: S, v: [f32; 3]) -> [S::Floats; 3] {
+pub(super) fn spread<S: Simd>(s: S, v: [f32; 3]) -> [S::Floats; 3] {
     [s.splat(v[0]), s.splat(v[1]), s.splat(v[2])]
 }
 
 #[inline(always)]
-fn dot<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> S::Floats {
+pub(super) fn dot<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> S::Floats {
     s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
 }
 
@@ -83,7 +83,7 @@ pub(super) fn sub3<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> [S::F
 }
 
 #[inline(always)]
-fn corner<S: Simd>(s: S, block: &Triangle8, place: usize) -> [S::Floats; 3] {
+pub(super) fn corner<S: Simd>(s: S, block: &Triangle8, place: usize) -> [S::Floats; 3] {
     [s.load(&block.corners[0][place]), s.load(&block.corners[1][place]), s.load(&block.corners[2][place])]
 }
 
@@ -115,7 +115,7 @@ impl<S: Simd> Bounds<S> {
 /// The lanes that the exact test may hit before `far`. The ray comes from memory, one number at a time:
 /// a processor spreads them over its lanes as it reads them, and the walk keeps its registers.
 #[inline(always)]
-pub(super) fn left<S: Simd>(s: S, ray: &LeafRay, block: &Triangle8, far: f32) -> Left<S> {
+pub(super) fn candidates<S: Simd>(s: S, ray: &LeafRay, block: &Triangle8, far: f32) -> Candidates<S> {
     let a = corner(s, block, 0);
     let (ab, ac) = (sub3(s, corner(s, block, 1), a), sub3(s, corner(s, block, 2), a));
     let from = sub3(s, a, spread(s, ray.origin));
@@ -124,31 +124,42 @@ pub(super) fn left<S: Simd>(s: S, ray: &LeafRay, block: &Triangle8, far: f32) ->
     let u = dot(s, ac, across);
     let v = s.negate(dot(s, ab, across));
     let along = dot(s, normal, direction);
+    let bounds = Bounds::new(s, ray, from, &block.longest, far);
+    undecided(s, [u, v, along], dot(s, normal, from), [s.splat(ray.near), s.splat(far)], &bounds)
+}
+
+/// The lanes that are neither missed nor beyond either end of the range for certain, by U, V, D and T.
+#[inline(always)]
+pub(super) fn undecided<S: Simd>(
+    s: S,
+    [u, v, along]: [S::Floats; 3],
+    distance: S::Floats,
+    [near, far]: [S::Floats; 2],
+    bounds: &Bounds<S>,
+) -> Candidates<S> {
     let w = s.sub(s.sub(along, u), v);
     let (least, greatest) = (s.min(s.min(u, v), w), s.max(s.max(u, v), w));
-
-    let bounds = Bounds::new(s, ray, from, &block.longest, far);
     let error = bounds.weight;
     let missed = s.less(least, s.negate(error)) & s.less(error, greatest);
 
-    let (determinant, distance) = (s.abs(along), s.signed_by(dot(s, normal, from), along));
-    let before = s.less(distance, s.mul_sub(s.splat(ray.near), determinant, bounds.before));
-    let beyond = s.less(s.mul_add(s.splat(far), determinant, bounds.beyond), distance);
+    let (determinant, distance) = (s.abs(along), s.signed_by(distance, along));
+    let before = s.less(distance, s.mul_sub(near, determinant, bounds.before));
+    let beyond = s.less(s.mul_add(far, determinant, bounds.beyond), distance);
     let told = s.less(s.mul(bounds.determinant, s.splat(TOLD)), determinant);
     let lanes = !(missed | (before | beyond) & told) & 0xff;
     let (determinant_error, distance_error) = (bounds.determinant, bounds.distance);
-    Left { lanes, least, greatest, error, determinant, determinant_error, distance, distance_error }
+    Candidates { lanes, least, greatest, error, determinant, determinant_error, distance, distance_error }
 }
 
 /// Of what is left, the lanes that the exact test hits within the range, for certain.
 #[inline(always)]
-pub(super) fn certain<S: Simd>(s: S, left: &Left<S>, near: f32, far: f32) -> u32 {
+pub(super) fn certain<S: Simd>(s: S, found: &Candidates<S>, near: f32, far: f32) -> u32 {
     const SLACK: f32 = 1e-6;
-    let inside = s.less(left.error, left.least) | s.less(left.greatest, s.negate(left.error));
-    let after = s.mul(s.splat(near.max(f32::MIN_POSITIVE) * (1.0 + SLACK)), s.add(left.determinant, left.determinant_error));
-    let until = s.mul(s.splat(far * (1.0 - SLACK)), s.sub(left.determinant, left.determinant_error));
-    let signed = s.less(s.mul(left.determinant_error, s.splat(TOLD)), left.determinant);
-    let after = s.less(after, s.sub(left.distance, left.distance_error));
-    let until = s.less(s.add(left.distance, left.distance_error), until);
-    left.lanes & inside & signed & after & until
+    let inside = s.less(found.error, found.least) | s.less(found.greatest, s.negate(found.error));
+    let after = s.mul(s.splat(near.max(f32::MIN_POSITIVE) * (1.0 + SLACK)), s.add(found.determinant, found.determinant_error));
+    let until = s.mul(s.splat(far * (1.0 - SLACK)), s.sub(found.determinant, found.determinant_error));
+    let signed = s.less(s.mul(found.determinant_error, s.splat(TOLD)), found.determinant);
+    let after = s.less(after, s.sub(found.distance, found.distance_error));
+    let until = s.less(s.add(found.distance, found.distance_error), until);
+    found.lanes & inside & signed & after & until
 }

@@ -1,8 +1,8 @@
-//! A ray as the exact test of triangles in registers knows it, and what that says of one triangle.
+//! A ray as the exact test of triangles in registers knows it.
 
 use glam::DVec3;
 
-use crate::shapes::{Crossing, PreparedRay};
+use crate::shapes::PreparedRay;
 
 /// What the exact test needs of a ray. The projection across it is that of [`PreparedRay`], of whose six numbers two are zero and four are
 /// components of the direction: with the axes turned so that the direction's largest component comes first, (p, q, r), a corner's two
@@ -16,15 +16,6 @@ pub(crate) struct ProjectedRay {
     /// The four numbers, as above.
     pub across: [f64; 4],
     pub inverse_length_squared: f64,
-}
-
-/// A triangle is hit.
-#[derive(Clone, Copy)]
-pub(crate) struct TriangleHit {
-    pub t: f32,
-    /// Weights of the second and third corners.
-    pub weights: [f32; 2],
-    pub from_outside: bool,
 }
 
 /// Rounding could have taken the sign of an edge function, or the face is seen edge-on: the test of single triangles decides.
@@ -59,12 +50,5 @@ impl ProjectedRay {
         let (p, q, r) = rotated_axes([d.x, d.y, d.z], major);
         let sign = 1.0_f64.copysign(p);
         Self { origin, direction: d.to_array(), major, across: [p * sign, -q * sign, p, -r], inverse_length_squared }
-    }
-}
-
-impl From<&Crossing> for TriangleHit {
-    fn from(crossing: &Crossing) -> Self {
-        let &Crossing { t, weights: [u, v], from_outside } = crossing;
-        Self { t: t as f32, weights: [u as f32, v as f32], from_outside }
     }
 }

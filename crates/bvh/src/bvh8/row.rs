@@ -3,12 +3,12 @@
 
 use glam::{DVec3, Vec3};
 
-use super::WIDTH;
 use super::triangle8::LeafHeader;
+use super::{Lanes, WIDTH};
 use crate::math::simd::{Simd, dot_f64, splat3_f64};
 use crate::ray::{Interval, Ray, Side, Visibility};
 use crate::scalar::Real;
-use crate::shapes::{FAR, Plane, PreparedRay, Shape, ShapeHit, Sphere};
+use crate::shapes::{FAR, PreparedRay, Shape, ShapeHit, Sphere};
 
 /// A ray with what these tests need of a [`PreparedRay`], by its operations.
 #[derive(Clone, Copy)]
@@ -51,87 +51,56 @@ pub(crate) struct Row {
     pub facts: LeafHeader,
     /// Of a sphere the centre, of a plane the point; `places[axis][lane]`.
     places: [[f32; WIDTH]; 3],
-    /// Of a sphere the radius first, of a plane the normal.
+    /// Of a sphere the radius, three times, of a plane the normal.
     rest: [[f32; WIDTH]; 3],
 }
 
+/// What a row is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum RowKind {
+pub(crate) enum RowKind {
     Spheres,
     Planes,
 }
 
 /// What a row says of a ray: which lanes it hits within the range, on an accepted side, which of those as it leaves a body, and where.
 #[derive(Clone, Copy)]
-pub(super) struct LaneHits<S: Simd> {
+pub(crate) struct RowHits<T> {
     pub hits: u32,
     pub leaving: u32,
-    pub t: S::Floats,
+    pub t: T,
 }
 
-/// The same in memory.
-#[derive(Clone, Copy)]
-pub(crate) struct SphereHits {
-    pub hits: u8,
-    pub leaving: u8,
-    pub t: [f32; WIDTH],
-}
-
-impl<S: Simd> LaneHits<S> {
+impl<T: Copy> RowHits<T> {
+    /// The same in memory.
     #[inline(always)]
-    pub fn roots(&self, s: S) -> SphereHits {
-        SphereHits { hits: self.hits as u8, leaving: self.leaving as u8, t: s.to_array(self.t) }
+    pub(super) fn stored<S: Simd<Floats = T>>(&self, s: S) -> RowHits<[f32; WIDTH]> {
+        RowHits { hits: self.hits, leaving: self.leaving, t: s.to_array(self.t) }
     }
 }
 
 impl Row {
-    /// Of spheres, whose slots follow the first one.
-    pub fn of_spheres(first: usize, spheres: impl Iterator<Item = (Sphere<f32>, Visibility)>) -> Self {
-        let mut row = Self::empty(RowKind::Spheres, first);
-        for (lane, (sphere, visibility)) in spheres.take(WIDTH).enumerate() {
-            row.set(lane, sphere.centre, visibility);
-            row.rest[0][lane] = sphere.radius;
+    /// Of spheres, by centre and radius, or of planes, by point and normal, whose slots follow the first one.
+    pub fn new(kind: RowKind, first: usize, own: impl Iterator<Item = ([Vec3; 2], Visibility)>) -> Self {
+        let mut row = Self::room(kind, first, 0);
+        for (lane, ([place, rest], visibility)) in own.take(WIDTH).enumerate() {
+            for axis in 0..3 {
+                (row.places[axis][lane], row.rest[axis][lane]) = (place[axis], rest[axis]);
+            }
+            row.facts.set(lane, visibility);
+            row.facts.count += 1;
         }
         row
     }
 
-    /// Of planes, whose slots follow the first one.
-    pub fn of_planes(first: usize, planes: impl Iterator<Item = (Plane<f32>, Visibility)>) -> Self {
-        let mut row = Self::empty(RowKind::Planes, first);
-        for (lane, (plane, visibility)) in planes.take(WIDTH).enumerate() {
-            row.set(lane, plane.point, visibility);
-            (0..3).for_each(|axis| row.rest[axis][lane] = plane.normal[axis]);
-        }
-        row
-    }
-
-    /// Room for so many spheres, the first of which is at a place.
-    pub(super) fn room(first: usize, count: usize) -> Self {
-        let mut row = Self::empty(RowKind::Spheres, first);
-        row.facts.count = count as u8;
-        row
-    }
-
-    /// The same among places that begin later by so much.
-    pub(super) fn moved(mut self, places: u32) -> Self {
-        self.facts.first += places;
-        self
-    }
-
-    fn empty(kind: RowKind, first: usize) -> Self {
-        let facts = LeafHeader { first: first as u32, ..LeafHeader::default() };
+    /// Room for so many, the first of which is at a place.
+    pub(super) fn room(kind: RowKind, first: usize, count: usize) -> Self {
+        let facts = LeafHeader { first: first as u32, count: count as u8, ..LeafHeader::default() };
         Self { kind, facts, places: [[f32::NAN; WIDTH]; 3], rest: [[f32::NAN; WIDTH]; 3] }
-    }
-
-    fn set(&mut self, lane: usize, place: Vec3, visibility: Visibility) {
-        (0..3).for_each(|axis| self.places[axis][lane] = place[axis]);
-        self.facts.set(lane, visibility);
-        self.facts.count += 1;
     }
 
     /// Where a ray hits them.
     #[inline(always)]
-    pub(super) fn hits<S: Simd>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
+    pub(super) fn hits<S: Simd>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> RowHits<S::Floats> {
         let rays = RayLanes {
             origin: splat3_f64(s, line.origin),
             direction: splat3_f64(s, line.direction),
@@ -155,7 +124,7 @@ impl Row {
 
     /// Where eight rays hit one of them, up to `far`: a bit a ray.
     #[inline(always)]
-    pub(super) fn lane<S: Simd>(&self, s: S, lane: usize, lines: &RaysF64<S>, near: f32, far: S::Floats) -> LaneHits<S> {
+    pub(super) fn lane<S: Simd>(&self, s: S, lane: usize, lines: &RaysF64<S>, near: f32, far: S::Floats) -> RowHits<S::Floats> {
         let lane = lane & (WIDTH - 1);
         let of = |rows: &[[f32; WIDTH]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]).as_dvec3();
         let only = |side: u8| if side >> lane & 1 == 0 { 0 } else { 0xff };
@@ -208,14 +177,14 @@ fn spheres<S: Simd>(
     [first, last]: [S::Floats; 2],
     [outside_alone, inside_alone]: [u32; 2],
     alone: impl Fn(usize) -> Option<ShapeHit<f32>>,
-) -> LaneHits<S> {
+) -> RowHits<S::Floats> {
     let f = difference(s, rays.origin, centres);
     let (b, room) = (dot_f64(s, f, rays.direction), s.mul_f64(radii, radii));
     let (outside, squared) = (s.sub_f64(dot_f64(s, f, f), room), s.mul_f64(b, b));
     let zero = s.splat_f64(0.0);
     let may_meet = s.at_least_f64(s.sub_f64(squared, s.mul_f64(outside, rays.shortened)), zero);
     if may_meet == 0 {
-        return LaneHits { hits: 0, leaving: 0, t: first };
+        return RowHits { hits: 0, leaving: 0, t: first };
     }
     let discriminant = s.sub_f64(squared, s.mul_f64(outside, rays.length_squared));
     let met = s.at_least_f64(discriminant, zero);
@@ -226,22 +195,25 @@ fn spheres<S: Simd>(
     let far = s.narrow(s.mul_f64(s.sub_f64(root, b), rays.inverse_length_squared));
     let entering = met & s.less(first, near) & s.at_most(near, last) & !inside_alone;
     let leaving = met & s.less(first, far) & s.at_most(far, last) & !outside_alone & !entering;
-    let hits = LaneHits { hits: entering | leaving, leaving, t: s.select(leaving, near, far) };
+    let hits = RowHits { hits: entering | leaving, leaving, t: s.select(leaving, near, far) };
     let far_away = may_meet & s.greater_f64(outside, s.mul_f64(room, s.splat_f64(FAR * FAR)));
     if far_away == 0 {
         return hits;
     }
-    let SphereHits { hits, leaving, t } = one_by_one(far_away, hits.roots(s), alone);
-    LaneHits { hits: hits.into(), leaving: leaving.into(), t: s.load(&t) }
+    let RowHits { hits, leaving, t } = one_by_one(far_away, hits.stored(s), alone);
+    RowHits { hits, leaving, t: s.load(&t) }
 }
 
 /// Rays from so far away that the test of a sphere takes another form.
 #[cold]
 #[inline(never)]
-fn one_by_one(mut lanes: u32, mut roots: SphereHits, alone: impl Fn(usize) -> Option<ShapeHit<f32>>) -> SphereHits {
-    while lanes != 0 {
-        let (lane, bit) = (lanes.trailing_zeros() as usize & (WIDTH - 1), (lanes & lanes.wrapping_neg()) as u8);
-        lanes &= lanes - 1;
+fn one_by_one(
+    lanes: u32,
+    mut roots: RowHits<[f32; WIDTH]>,
+    alone: impl Fn(usize) -> Option<ShapeHit<f32>>,
+) -> RowHits<[f32; WIDTH]> {
+    for lane in Lanes(lanes) {
+        let bit = 1 << lane;
         (roots.hits, roots.leaving) = (roots.hits & !bit, roots.leaving & !bit);
         if let Some(hit) = alone(lane) {
             roots.hits |= bit;
@@ -261,14 +233,14 @@ fn planes<S: Simd>(
     rays: &RayLanes<S>,
     [first, last]: [S::Floats; 2],
     [outside_alone, inside_alone]: [u32; 2],
-) -> LaneHits<S> {
+) -> RowHits<S::Floats> {
     let slope = dot_f64(s, normals, rays.direction);
     let t = s.narrow(s.div_f64(dot_f64(s, normals, difference(s, points, rays.origin)), slope));
     // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
     let within = s.less(first, t) & s.at_most(t, last) & s.less(t, s.splat(f32::INFINITY));
     let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
     let against = s.greater_f64(s.splat_f64(0.0), slope);
-    LaneHits { hits: finite & !(outside_alone & !against) & !(inside_alone & against), leaving: 0, t }
+    RowHits { hits: finite & !(outside_alone & !against) & !(inside_alone & against), leaving: 0, t }
 }
 
 /// Eight rays from one point, as [`RayF64`] has one.

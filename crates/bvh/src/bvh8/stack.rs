@@ -3,7 +3,7 @@
 
 use core::mem::MaybeUninit;
 
-use super::{Child, STACK, WIDTH};
+use super::{Child, Lanes, STACK, WIDTH};
 
 /// A child with a distance, that one in the upper half: where no distance is below zero, whole numbers have the order of the
 /// distances. Where some are, the order is another one, but no less right.
@@ -61,6 +61,23 @@ impl Stack {
         unsafe { self.0[place].assume_init() }
     }
 
+    /// Takes entries off the top, down to one that is entered before `last`. None where there is no such one.
+    ///
+    /// # Safety
+    /// All below the top were written.
+    #[inline(always)]
+    pub unsafe fn pop(&self, top: &mut usize, last: f32) -> Option<Child> {
+        while *top > 0 {
+            *top -= 1;
+            // SAFETY: the caller says that everything below the top was written.
+            let waiting = unsafe { self.get(*top) };
+            if waiting.entry() <= last {
+                return Some(waiting.child());
+            }
+        }
+        None
+    }
+
     /// Room for the eight entries of a node, written or not.
     #[inline(always)]
     pub fn eight(&mut self, place: usize) -> &mut [MaybeUninit<Waiting>; WIDTH] {
@@ -68,35 +85,43 @@ impl Stack {
         eight
     }
 
-    /// Sorts the entries from `base` up to `top`, the nearest last.
-    ///
-    /// # Safety
-    /// They were written.
+    /// Writes the children of a mask from `base` on, the nearest last, each put among those before it. Returns the new top.
     #[inline(always)]
-    pub unsafe fn sort(&mut self, base: usize, top: usize) {
-        for place in base + 1..top {
-            // SAFETY: `place` is below `top`.
-            let entry = unsafe { self.get(place) };
-            let mut hole = place;
-            while hole > base {
-                // SAFETY: `hole` is above `base` and at most `place`.
-                let before = unsafe { self.get(hole - 1) };
-                if before.0 >= entry.0 {
+    pub fn push_sorted(&mut self, base: usize, children: &[Child; WIDTH], entries: &[f32; WIDTH], mask: u32) -> usize {
+        let (room, mut count) = (self.eight(base), 0);
+        for lane in Lanes(mask) {
+            let waiting = Waiting::new(children[lane], entries[lane]);
+            let mut hole = count;
+            while hole > 0 {
+                // SAFETY: `hole` is at most `count`, below which all were written.
+                let before = unsafe { room[(hole - 1) % WIDTH].assume_init() };
+                if before.0 >= waiting.0 {
                     break;
                 }
-                self.set(hole, before);
+                room[hole % WIDTH].write(before);
                 hole -= 1;
             }
-            self.set(hole, entry);
+            room[hole % WIDTH].write(waiting);
+            count += 1;
         }
+        base + count
+    }
+
+    /// The two entries below the top, that on the top last.
+    ///
+    /// # Safety
+    /// Both were written.
+    #[inline(always)]
+    pub unsafe fn last_two(&self, top: usize) -> [Child; 2] {
+        let Some(two) = self.0[..top].last_chunk::<2>() else { panic!("two are waiting") };
+        // SAFETY: the caller says that they were written.
+        two.map(|waiting| unsafe { waiting.assume_init() }.child())
     }
 
     /// Writes the children of a mask from `top` on. Returns the new top.
     #[inline(always)]
-    pub fn push(&mut self, mut top: usize, children: &[Child; WIDTH], entries: &[f32; WIDTH], mut mask: u32) -> usize {
-        while mask != 0 {
-            let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
-            mask &= mask - 1;
+    pub fn push(&mut self, mut top: usize, children: &[Child; WIDTH], entries: &[f32; WIDTH], mask: u32) -> usize {
+        for lane in Lanes(mask) {
             self.set(top, Waiting::new(children[lane], entries[lane]));
             top += 1;
         }

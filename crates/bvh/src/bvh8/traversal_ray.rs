@@ -91,11 +91,11 @@ impl TraversalRay {
         let inverse = direction.map(|d| opaque(1.0 / d));
         let squared = direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2];
         // No less than the length, be that below one or above, and without a root: directions are of unit length but for rounding.
-        let length = greater(squared, 1.0) * ROUNDED;
+        let length = opaque(greater(squared, 1.0)) * ROUNDED;
         let sane = squared < LONG * LONG && squared > 4.0 / (LONG * LONG) && greatest_of(origin) < LARGE;
         let slopes = BoxRay {
             inverse,
-            widened: inverse.map(|i| i * (1.0 + 8.0 * U)),
+            widened: inverse.map(|i| opaque(i * (1.0 + 8.0 * U))),
             early: [0.0; 3],
             late: [greater(-near, 0.0) * (16.0 * U); 3],
             side: direction.map(|d| (d.to_bits() >> 31) as usize),

@@ -1,22 +1,17 @@
 //! What a traversal asks of a set of instructions besides lanes: its stack, the exact test of some lanes, and leaves apart from it.
-#![expect(unsafe_code, reason = "a sort of what was written")]
 
-use super::filter;
-use super::optimisation_barrier::in_memory;
-use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
+use super::projected_ray::{ProjectedRay, Unsure};
 use super::row::RayF64;
 use super::stack::{Stack, Waiting, two};
-use super::traversal_ray::{LeafRay, TraversalRay};
+use super::traversal_ray::LeafRay;
 use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
 use crate::math::simd::Simd;
+use crate::shapes::TriangleHit;
 
 /// What a traversal asks of a set of instructions besides lanes.
 pub(super) trait TraversalSimd: Simd {
-    /// Has a line of memory fetched that will probably be read.
-    #[inline(always)]
-    fn prefetch<T>(self, _: *const T) {}
     /// The two children of a mask of two bits.
     #[inline(always)]
     fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2] {
@@ -30,70 +25,17 @@ pub(super) trait TraversalSimd: Simd {
     /// The same, the nearest last.
     #[inline(always)]
     fn push_sorted(self, stack: &mut Stack, base: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
-        let top = self.push(stack, base, children, entries, mask);
-        // SAFETY: they were just written.
-        unsafe { stack.sort(base, top) };
-        top
+        stack.push_sorted(base, children, &self.to_array(entries), mask)
     }
     /// The exact test of a lane, where this has one of its own.
     #[inline(always)]
     fn crossing(self, _: &Triangle8, _: usize, _: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
         Err(Unsure)
     }
-    /// [`settled`], compiled for this and apart from the walk, whose registers it would take.
-    fn settle<A: HitVisitor>(self, block: &Triangle8, at: [usize; 2], aim: &LeafRay, answer: &mut A) -> bool;
-    /// [`super::sphere_leaf::spheres`], the same way.
+    /// [`super::leaf::triangles`], compiled for this and apart from the walk, whose registers it would take.
+    fn settle<A: HitVisitor>(self, bvh: &Bvh8, number: usize, lanes: u32, aim: &LeafRay, answer: &mut A) -> bool;
+    /// [`super::leaf::spheres`], the same way.
     fn spheres<A: HitVisitor>(self, bvh: &Bvh8, leaf: Child, aim: &LeafRay, line: &mut Option<RayF64>, answer: &mut A) -> bool;
-}
-
-/// The exact test of what the filter left in a block, and what the answer makes of it. Whether the walk is over.
-#[inline(always)]
-pub(super) fn settled<S: TraversalSimd, A: HitVisitor>(
-    s: S,
-    triangles: &Triangle8,
-    [number, lanes]: [usize; 2],
-    aim: &LeafRay,
-    answer: &mut A,
-) -> bool {
-    let sight = if A::MAPPED { ProjectedRay::of(answer.prepared()) } else { ProjectedRay::new(aim.origin, aim.direction) };
-    let mut lanes = lanes as u32;
-    while lanes != 0 {
-        let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
-        lanes &= lanes - 1;
-        let met = s.crossing(triangles, lane, in_memory(&sight)).unwrap_or_else(|Unsure| alone(triangles, lane, answer));
-        if met.is_some_and(|met| answer.triangle(number, lane, &met)) {
-            return true;
-        }
-    }
-    false
-}
-
-/// All that is asked about a block, from the filter on. Whether that ended it.
-#[inline(always)]
-pub(super) fn asked<S: TraversalSimd, A: HitVisitor>(
-    s: S,
-    block: &Triangle8,
-    number: usize,
-    aim: &LeafRay,
-    answer: &mut A,
-) -> bool {
-    let far = answer.far();
-    let left = filter::left(s, aim, block, TraversalRay::last(far));
-    if left.lanes == 0 {
-        return false;
-    }
-    let [wanted, ends] = answer.lanes(number);
-    if A::ANY && ends & filter::certain(s, &left, aim.near, far) != 0 {
-        return true;
-    }
-    let lanes = left.lanes & wanted;
-    lanes != 0 && s.settle(block, [number, lanes as usize], aim, answer)
-}
-
-/// The test of single triangles.
-#[inline(never)]
-fn alone<A: HitVisitor>(block: &Triangle8, lane: usize, answer: &mut A) -> Option<TriangleHit> {
-    block.triangle(lane).crossing(answer.prepared()).as_ref().map(TriangleHit::from)
 }
 
 #[cfg(all(test, target_arch = "x86_64"))]

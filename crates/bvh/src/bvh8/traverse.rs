@@ -5,20 +5,22 @@
 
 use core::marker::PhantomData;
 
-use super::filter;
+use super::filter::spread;
+use super::leaf::candidates;
 use super::optimisation_barrier::in_memory;
-use super::projected_ray::TriangleHit;
-use super::row::SphereHits;
+use super::row::RowHits;
 use super::stack::{Stack, Waiting};
 use super::traversal_ray::{RoughRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
-use super::triangle8::{LeafHeader, Triangle8};
-use super::{Bvh8, Child, Node};
+use super::triangle8::LeafHeader;
+use super::{Bvh8, Child, Node, WIDTH};
 use crate::aabb::BoundingSphere;
 use crate::instance::RoughInverse;
 use crate::math::simd::Simd;
+use crate::processor::prefetch_line;
 use crate::ray::Interval;
-use crate::shapes::PreparedRay;
+use crate::shapes::{PreparedRay, TriangleHit};
+use crate::stats::TraversalCounter;
 
 /// What a query makes of what a walk meets.
 pub(crate) trait HitVisitor {
@@ -26,6 +28,7 @@ pub(crate) trait HitVisitor {
     const ANY: bool;
     /// Whether the ray of the walk was rounded, see [`TraversalRay::mapped`]: then the exact tests take [`HitVisitor::prepared`].
     const MAPPED: bool;
+    type Counter: TraversalCounter;
     /// The walk counts distances from here on.
     fn starts(&mut self, at: f32);
     /// The ray as exact tests have it, made when the first one asks.
@@ -36,18 +39,14 @@ pub(crate) trait HitVisitor {
     fn range(&self) -> Interval<f32>;
     /// Whether the ray passes backs that are culled.
     fn culls(&self) -> bool;
-    /// A node is tested.
-    fn node(&mut self);
-    /// So many of a row are tested.
-    fn several(&mut self, count: u64);
-    /// A block is tested.
-    fn block(&mut self, block: usize);
-    /// The lanes that matter, and those of which a hit within the range counts whatever it is: it ends a walk that any hit ends.
-    fn lanes(&self, block: usize) -> [u32; 2];
-    /// A triangle is hit at some distance. True ends the walk.
-    fn triangle(&mut self, block: usize, lane: usize, met: &TriangleHit) -> bool;
+    /// What counts tests.
+    fn counter(&mut self) -> &mut Self::Counter;
+    /// The lanes of a block that matter, and those of which a hit within the range counts whatever it is: it ends a walk that any hit ends.
+    fn lanes(&self, facts: &LeafHeader) -> [u32; 2];
+    /// A triangle of a block is hit at some distance. True ends the walk.
+    fn triangle(&mut self, facts: &LeafHeader, lane: usize, met: &TriangleHit) -> bool;
     /// These of a row are hit within the range. True ends the walk.
-    fn row(&mut self, facts: &LeafHeader, roots: &SphereHits) -> bool;
+    fn row(&mut self, facts: &LeafHeader, roots: &RowHits<[f32; WIDTH]>) -> bool;
     /// Another primitive is met. True ends the walk.
     fn other(&mut self, place: usize) -> bool;
 }
@@ -68,9 +67,9 @@ impl<S: Simd> Far<S> {
     }
 }
 
-/// The ray in all lanes, as boxes need it.
+/// The ray in all lanes, as boxes need it. The origin is taken with its sign turned: what is added to it need not be in a register.
 struct Slabs<S: Simd, A> {
-    origin: [S::Floats; 3],
+    minus_origin: [S::Floats; 3],
     inverse: [S::Floats; 3],
     widened: [S::Floats; 3],
     early: [S::Floats; 3],
@@ -83,44 +82,46 @@ impl<S: Simd, A: HitVisitor> Slabs<S, A> {
     #[inline(always)]
     fn new(s: S, setup: &TraversalRay) -> Self {
         let TraversalRay { slopes, aim } = setup;
-        let ([ex, ey, ez], [lx, ly, lz]) = (slopes.early, slopes.late);
-        let ([ox, oy, oz], [ix, iy, iz], [wx, wy, wz]) = (aim.origin, slopes.inverse, slopes.widened);
+        let [ox, oy, oz] = aim.origin;
         Self {
-            origin: [s.splat(ox), s.splat(oy), s.splat(oz)],
-            inverse: [s.splat(ix), s.splat(iy), s.splat(iz)],
-            widened: [s.splat(wx), s.splat(wy), s.splat(wz)],
-            early: [s.splat(ex), s.splat(ey), s.splat(ez)],
-            late: [s.splat(lx), s.splat(ly), s.splat(lz)],
+            minus_origin: spread(s, [-ox, -oy, -oz]),
+            inverse: spread(s, slopes.inverse),
+            widened: spread(s, slopes.widened),
+            early: spread(s, slopes.early),
+            late: spread(s, slopes.late),
             near: s.splat(aim.near),
             visitor: PhantomData,
         }
     }
 
+    /// From the origin to a node's planes from a place on.
     #[inline(always)]
-    fn entry(&self, s: S, planes: &[f32; 8], axis: usize) -> S::Floats {
-        let offset = s.sub(s.load(planes), self.origin[axis]);
+    fn offset(&self, s: S, node: &Node, axis: usize, place: usize) -> S::Floats {
+        s.add(self.minus_origin[axis], s.load_from(&node.planes[axis], place))
+    }
+
+    #[inline(always)]
+    fn entry(&self, s: S, node: &Node, axis: usize, place: usize) -> S::Floats {
+        let offset = self.offset(s, node, axis, place);
         if A::MAPPED { s.mul_sub(offset, self.inverse[axis], self.early[axis]) } else { s.mul(offset, self.inverse[axis]) }
     }
 
     #[inline(always)]
-    fn exit(&self, s: S, planes: &[f32; 8], axis: usize) -> S::Floats {
-        s.mul_add(s.sub(s.load(planes), self.origin[axis]), self.widened[axis], self.late[if A::MAPPED { axis } else { 0 }])
+    fn exit(&self, s: S, node: &Node, axis: usize, place: usize) -> S::Floats {
+        let late = self.late[if A::MAPPED { axis } else { 0 }];
+        s.mul_add(self.offset(s, node, axis, place), self.widened[axis], late)
     }
 }
 
 /// Has brought near what a child is read from that waits while its nearer sibling is visited: all of a node, most of a block.
 #[inline(always)]
-fn fetch<S: TraversalSimd>(s: S, bvh: &Bvh8, child: Child) {
-    let (start, bytes) = match () {
-        () if !child.is_leaf() => (bvh.nodes.as_ptr().cast::<u8>(), size_of::<Node>()),
-        () if child.is_block() => (bvh.blocks.as_ptr().cast::<u8>(), size_of::<Triangle8>()),
-        () => return,
-    };
-    let start = start.wrapping_add(child.index() * bytes);
-    s.prefetch(start);
-    s.prefetch(start.wrapping_add(64));
-    s.prefetch(start.wrapping_add(128));
-    s.prefetch(start.wrapping_add(192));
+fn fetch(bvh: &Bvh8, child: Child) {
+    let lines = |start: *const u8| (0..4).for_each(|line| prefetch_line(start.wrapping_add(64 * line)));
+    if !child.is_leaf() {
+        lines(bvh.nodes.as_ptr().wrapping_add(child.node()).cast());
+    } else if child.is_block() {
+        lines(bvh.blocks.as_ptr().wrapping_add(child.index()).cast());
+    }
 }
 
 /// The walk of a ray of the world through the tree of what an instance shows; none where f32 can't tell it well enough.
@@ -146,7 +147,8 @@ pub(super) fn traverse_instance<S: TraversalSimd, A: HitVisitor>(
 #[inline(always)]
 pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup: &TraversalRay, answer: &mut A) -> bool {
     let slabs = Slabs::<S, A>::new(s, setup);
-    let [sx, sy, sz] = setup.slopes.side.map(|side| side & 1);
+    // Places among a node's planes, as [`Node`] has them.
+    let [sx, sy, sz] = setup.slopes.side.map(|side| (side & 1) * WIDTH);
     // Apart from the slopes, which need no place in memory.
     let aim = setup.aim;
     let mut far = Far::new(s, answer.far());
@@ -158,13 +160,15 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
         let left = loop {
             if !current.is_leaf() {
                 let node = &bvh.nodes[current.node()];
-                answer.node();
-                let [[x0, y0, z0], [x1, y1, z1]] = [
-                    [&node.planes[0][sx], &node.planes[1][sy], &node.planes[2][sz]],
-                    [&node.planes[0][1 - sx], &node.planes[1][1 - sy], &node.planes[2][1 - sz]],
-                ];
-                let entry = s.max(s.max(slabs.entry(s, x0, 0), slabs.entry(s, y0, 1)), s.max(slabs.entry(s, z0, 2), slabs.near));
-                let exit = s.min(s.min(slabs.exit(s, x1, 0), slabs.exit(s, y1, 1)), s.min(slabs.exit(s, z1, 2), far.boxes));
+                answer.counter().node();
+                let entry = s.max(
+                    s.max(slabs.entry(s, node, 0, sx), slabs.entry(s, node, 1, sy)),
+                    s.max(slabs.entry(s, node, 2, sz), slabs.near),
+                );
+                let exit = s.min(
+                    s.min(slabs.exit(s, node, 0, WIDTH - sx), slabs.exit(s, node, 1, WIDTH - sy)),
+                    s.min(slabs.exit(s, node, 2, WIDTH - sz), far.boxes),
+                );
                 let entered = s.at_most(entry, exit);
                 if entered & entered.wrapping_sub(1) == 0 {
                     if entered != 0 {
@@ -178,7 +182,7 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
                         top += 1;
                         current = Child(a.0.min(b.0) as u32);
                         // The nearer one is read at once.
-                        fetch(s, bvh, Child(a.0.max(b.0) as u32));
+                        fetch(bvh, Child(a.0.max(b.0) as u32));
                         continue;
                     }
                     top = if A::ANY {
@@ -186,46 +190,32 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
                     } else {
                         s.push_sorted(&mut stack, top, &node.children, entry, entered)
                     };
-                    top -= 1;
                     // SAFETY: more than one was just written.
-                    current = unsafe { stack.get(top) }.child();
-                    // SAFETY: as before.
-                    fetch(s, bvh, unsafe { stack.get(top - 1) }.child());
+                    let [next, nearest] = unsafe { stack.last_two(top) };
+                    (current, top) = (nearest, top - 1);
+                    fetch(bvh, next);
                     continue;
                 }
             } else if current.is_block() {
-                answer.block(current.index());
-                s.prefetch(bvh.facts.as_ptr().wrapping_add(current.index()));
-                let block = &bvh.blocks[current.index()];
-                let left = filter::left(s, in_memory(&aim), block, far.last);
-                if left.lanes != 0 {
-                    let [wanted, ends] = answer.lanes(current.index());
-                    if A::ANY && ends & filter::certain(s, &left, aim.near, far.value) != 0 {
-                        return true;
-                    }
-                    if left.lanes & wanted != 0 {
-                        break left.lanes & wanted;
-                    }
+                // Its places are read for each block: the walk has no registers left for them.
+                let bvh = in_memory(bvh);
+                prefetch_line(bvh.facts.as_ptr().wrapping_add(current.index()));
+                match candidates(s, bvh, current.index(), in_memory(&aim), [far.value, far.last], answer) {
+                    None => return true,
+                    Some(0) => {}
+                    Some(lanes) => break lanes,
                 }
             } else if current != Child::NONE {
                 break 0;
             }
-            current = loop {
-                if top == 0 {
-                    return false;
-                }
-                top -= 1;
-                // SAFETY: everything below the top was written.
-                let waiting = unsafe { stack.get(top) };
-                if waiting.entry() <= far.last {
-                    break waiting.child();
-                }
-            };
+            // SAFETY: everything below the top was written.
+            let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else { return false };
+            current = next;
         };
         let over = match left {
             0 if current.is_row() => s.spheres(bvh, current, &aim, &mut line, answer),
             0 => answer.other(current.index()),
-            lanes => s.settle(&bvh.blocks[current.index()], [current.index(), lanes as usize], &aim, answer),
+            lanes => s.settle(bvh, current.index(), lanes, &aim, answer),
         };
         if over {
             return true;
@@ -233,16 +223,8 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
         if !A::ANY && answer.far() != far.value {
             far = Far::new(s, answer.far());
         }
-        current = loop {
-            if top == 0 {
-                return false;
-            }
-            top -= 1;
-            // SAFETY: everything below the top was written.
-            let waiting = unsafe { stack.get(top) };
-            if waiting.entry() <= far.last {
-                break waiting.child();
-            }
-        };
+        // SAFETY: everything below the top was written.
+        let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else { return false };
+        current = next;
     }
 }

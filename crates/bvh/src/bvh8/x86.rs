@@ -10,25 +10,21 @@ mod exact;
 use core::arch::x86_64::*;
 
 use super::entries::{entries, leaves};
-use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
+use super::leaf::{spheres, triangles};
+use super::projected_ray::{ProjectedRay, Unsure};
 use super::row::RayF64;
-use super::sphere_leaf::spheres;
 use super::stack::{Stack, Waiting};
 use super::traversal_ray::LeafRay;
-use super::traversal_simd::{TraversalSimd, settled};
+use super::traversal_simd::TraversalSimd;
 use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
-use crate::math::simd::{Avx2, Avx512};
+use crate::math::simd::{Avx2, Avx512, Simd};
+use crate::shapes::TriangleHit;
 
 /// What both have in common.
 macro_rules! of_both {
     () => {
-        #[inline(always)]
-        fn prefetch<T>(self, place: *const T) {
-            // SAFETY: a prefetch reads nothing that the program sees, whatever the place.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(place.cast()) }
-        }
         #[inline(always)]
         fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
             // SAFETY: `self` says that the processor has AVX2.
@@ -72,10 +68,7 @@ impl TraversalSimd for Avx512 {
     #[inline(always)]
     fn push_sorted(self, stack: &mut Stack, base: usize, children: &[Child; WIDTH], entries: __m256, mask: u32) -> usize {
         if mask.count_ones() > 4 {
-            let top = self.push(stack, base, children, entries, mask);
-            // SAFETY: they were just written.
-            unsafe { stack.sort(base, top) };
-            return top;
+            return stack.push_sorted(base, children, &self.to_array(entries), mask);
         }
         let room = stack.eight(base);
         // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2. `Waiting` is a transparent u64, and there is room for eight

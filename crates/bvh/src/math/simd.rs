@@ -64,6 +64,22 @@ pub(crate) trait Simd: Copy {
     fn at_least_f64(self, a: Self::Doubles, b: Self::Doubles) -> u32;
 }
 
+/// The lanes whose bits are set in a mask, the first one first.
+#[derive(Clone, Copy)]
+pub(crate) struct Lanes(pub u32);
+
+impl Iterator for Lanes {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let lane = self.0.trailing_zeros() as usize & (WIDTH - 1);
+        let is_left = self.0 != 0;
+        self.0 &= self.0.wrapping_sub(1);
+        is_left.then_some(lane)
+    }
+}
+
 /// x·a + y·b + z·c in the order of the scalar product.
 #[inline(always)]
 pub(crate) fn dot_f64<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> S::Doubles {

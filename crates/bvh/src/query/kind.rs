@@ -18,16 +18,36 @@ pub(super) trait QueryKind<R: Real> {
     /// The greatest distance that still counts.
     fn far(&self) -> R;
     /// The same query by this ray.
-    fn in_space_of(self, ray: &PreparedRay) -> Self;
-    /// The lanes of a leaf that matter.
-    fn wanted(facts: &LeafHeader) -> u8;
+    #[inline(always)]
+    fn in_space_of(self, _ray: &PreparedRay) -> Self
+    where
+        Self: Sized,
+    {
+        self
+    }
+    /// The lanes of a leaf that matter: all of them unless said otherwise.
+    #[inline(always)]
+    fn wanted(_facts: &LeafHeader) -> u8 {
+        u8::MAX
+    }
     /// Those of them any hit of which ends the query.
-    fn opaque(facts: &LeafHeader) -> u8;
+    #[inline(always)]
+    fn opaque(_facts: &LeafHeader) -> u8 {
+        0
+    }
     /// Takes a hit within the range. Whether it ends the query.
     fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool;
     /// Takes the hit of one primitive, where there is one. Whether it ends the query.
-    fn test<T: TraversalCounter>(&mut self, geometry: &Geometry<R>, slot: (u32, &Slot), ray: &PreparedRay, tally: &mut T)
-    -> bool;
+    #[inline(always)]
+    fn test<T: TraversalCounter>(
+        &mut self,
+        geometry: &Geometry<R>,
+        slot: (u32, &Slot),
+        ray: &PreparedRay,
+        tally: &mut T,
+    ) -> bool {
+        geometry.test(slot, ray, self.range(), tally).is_some_and(|found| self.take(geometry, found))
+    }
 }
 
 /// The running answer of a closest-hit query. `range.max` is kept one step above the best distance, so that a hit at exactly
@@ -59,25 +79,6 @@ impl<R: Real> ClosestHit<R> {
     fn slack(&self, t: R) -> R {
         (self.origin + t.abs()) * R::from_f64(Self::EQUAL)
     }
-
-    #[inline(always)]
-    fn consider(&mut self, geometry: &Geometry<R>, candidate: SlotHit<R>) {
-        let order = |found: &SlotHit<R>| geometry.group.slots[found.slot as usize].order();
-        // Whether distances are not rounded to f32.
-        let is_exact = !R::IS_SINGLE;
-        if is_exact && let Some(best) = &self.found {
-            self.is_contested |= (candidate.t - best.t).abs() <= self.slack(best.t);
-        }
-        let better = match &self.found {
-            None => true,
-            Some(best) => candidate.t < best.t || (candidate.t == best.t && order(&candidate) < order(best)),
-        };
-        if better {
-            let equal = if is_exact { candidate.t + self.slack(candidate.t) } else { candidate.t };
-            self.range.max = if is_exact { self.range.max.min(equal.next_up()) } else { equal.next_up() };
-            self.found = Some(candidate);
-        }
-    }
 }
 
 impl<R: Real> QueryKind<R> for ClosestHit<R> {
@@ -103,28 +104,21 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
         Self { origin: R::from_f64(ray.origin.abs().max_element() * ray.inverse_length_squared.sqrt()), ..self }
     }
     #[inline(always)]
-    fn wanted(_: &LeafHeader) -> u8 {
-        u8::MAX
-    }
-    #[inline(always)]
-    fn opaque(_: &LeafHeader) -> u8 {
-        0
-    }
-    #[inline(always)]
     fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool {
-        self.consider(geometry, found);
-        false
-    }
-    #[inline(always)]
-    fn test<T: TraversalCounter>(
-        &mut self,
-        geometry: &Geometry<R>,
-        slot: (u32, &Slot),
-        ray: &PreparedRay,
-        tally: &mut T,
-    ) -> bool {
-        if let Some(found) = geometry.test(slot, ray, self.range, tally) {
-            self.consider(geometry, found);
+        let order = |found: &SlotHit<R>| geometry.group.slots[found.slot as usize].order();
+        // Whether distances are not rounded to f32.
+        let is_exact = !R::IS_SINGLE;
+        if is_exact && let Some(best) = &self.found {
+            self.is_contested |= (found.t - best.t).abs() <= self.slack(best.t);
+        }
+        let better = match &self.found {
+            None => true,
+            Some(best) => found.t < best.t || (found.t == best.t && order(&found) < order(best)),
+        };
+        if better {
+            let equal = if is_exact { found.t + self.slack(found.t) } else { found.t };
+            self.range.max = if is_exact { self.range.max.min(equal.next_up()) } else { equal.next_up() };
+            self.found = Some(found);
         }
         false
     }
@@ -147,10 +141,6 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
     #[inline(always)]
     fn far(&self) -> R {
         self.range.max.next_down()
-    }
-    #[inline(always)]
-    fn in_space_of(self, _: &PreparedRay) -> Self {
-        self
     }
     #[inline(always)]
     fn wanted(facts: &LeafHeader) -> u8 {

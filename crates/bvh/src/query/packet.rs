@@ -1,7 +1,6 @@
 //! Rays that leave one point, as those of a pinhole camera do: asked together, they find what each would find alone.
 
 use super::SlotHit;
-use crate::accelerator::Accelerator;
 use crate::bvh8::{PacketResult, PacketState, PacketVisitor, RAYS};
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
@@ -85,10 +84,7 @@ impl<R: Real> Geometry<R> {
     /// Up to [`RAYS`] of them at once. Only where that has gone to its end are there more hits than before.
     #[inline(never)]
     fn together(&self, rays: &RayPacket<'_, R>, directions: &[R::Vec3], hits: &mut Vec<Option<Hit<R>>>) -> PacketResult {
-        let Accelerator::Bvh8(bvh) = &self.accelerator else { return PacketResult::Unfit };
-        if !R::IS_SINGLE {
-            return PacketResult::Unfit;
-        }
+        let Some(bvh) = self.lanes() else { return PacketResult::Unfit };
         let mut stored = [glam::Vec3::ZERO; RAYS];
         stored.iter_mut().zip(directions).for_each(|(to, from)| *to = from.to_f32());
         let last = rays.range.max.next_down().to_f32();
@@ -100,7 +96,7 @@ impl<R: Real> Geometry<R> {
             return asked;
         }
         for slot in self.planes..self.unbounded {
-            asking.one_by_one(slot, u32::MAX, &mut pencil);
+            asking.one_by_one(slot, &mut pencil);
         }
         let number = R::from_f32;
         hits.extend((0..pencil.count()).map(|ray| {
@@ -119,11 +115,11 @@ struct PacketQuery<'a, 'r, R: Real> {
 }
 
 impl<R: Real> PacketQuery<'_, '_, R> {
-    /// What has no test for several rays, for those of a mask.
+    /// What has no test for several rays.
     #[inline(never)]
-    fn one_by_one(&self, slot: usize, asked: u32, pencil: &mut PacketState) {
+    fn one_by_one(&self, slot: usize, pencil: &mut PacketState) {
         let geometry = self.geometry;
-        for (ray, &direction) in self.directions.iter().enumerate().filter(|(ray, _)| asked >> ray & 1 != 0) {
+        for (ray, &direction) in self.directions.iter().enumerate() {
             let probe: PreparedRay = geometry.prepare(self.rays.ray(direction));
             let range = Interval { min: self.rays.range.min, max: R::from_f32(pencil.far(ray)).next_up() };
             let own = (slot as u32, &geometry.group.slots[slot]);
@@ -141,8 +137,8 @@ impl<R: Real> PacketVisitor for PacketQuery<'_, '_, R> {
         order(slot) < order(than)
     }
 
-    fn other(&mut self, place: usize, asked: u32, pencil: &mut PacketState) {
-        self.one_by_one(self.geometry.unbounded + place, asked, pencil);
+    fn other(&mut self, place: usize, pencil: &mut PacketState) {
+        self.one_by_one(self.geometry.unbounded + place, pencil);
     }
 }
 
@@ -151,8 +147,8 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::AcceleratorKind;
     use crate::Visibility;
-    use crate::accelerator::AcceleratorKind;
     use crate::primitive_set::PrimitiveSet;
 
     /// Protects: each time that rays part twice as many turns are taken one by one, up to 64; one that stays together ends that, and one that

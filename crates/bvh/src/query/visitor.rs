@@ -2,31 +2,32 @@
 
 use super::kind::QueryKind;
 use super::{NO_PART, SlotHit};
-use crate::accelerator::Accelerator;
-use crate::bvh8::{Bvh8, HitVisitor, LeafHeader, RayReparametrisation, SphereHits, TraversalRay, TriangleHit};
+use crate::bvh8::{Bvh8, HitVisitor, Lanes, LeafHeader, RayReparametrisation, RowHits, TraversalRay, WIDTH};
 use crate::geometry::Geometry;
 use crate::instance::Instance;
 use crate::processor::prefetch;
 use crate::ray::{Interval, Ray};
 use crate::scalar::Real;
-use crate::shapes::{PreparedRay, Transform};
+use crate::shapes::{PreparedRay, Transform, TriangleHit};
 use crate::stats::TraversalCounter;
 
 impl<R: Real> Geometry<R> {
-    /// Shows a query what a ray in the tree's own scalar meets. Returns whether that ended it, and the query.
+    /// What shows a query a ray in the tree's own scalar. In its place from the start, where it is read: to move it would wait for its stores.
+    #[inline(always)]
+    pub(super) fn visitor<'a, Q, T>(&'a self, ray: &'a Ray<R>, query: Q, tally: &'a mut T) -> Visitor<'a, R, Q, T, false> {
+        Visitor::new(self, ray.culls, RaySource::Stored(ray), query, tally)
+    }
+
+    /// Shows a query what such a ray meets. Returns whether that ended it.
     #[inline(always)]
     pub(super) fn visit_stored<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
         bvh: &Bvh8,
         ray: &Ray<R>,
-        query: Q,
-        tally: &mut T,
-    ) -> (bool, Q) {
-        // In its place from the start: to move it would wait for its stores.
-        let mut visitor = Visitor::stored(self, bvh, ray, query, tally);
-        let over = self.unbounded > self.planes && self.visit_unbounded(ray, &mut visitor.query, visitor.tally);
-        let over = over || bvh.visit(ray, visitor.query.range(), &mut visitor);
-        (over, visitor.query)
+        visitor: &mut Visitor<'_, R, Q, T, false>,
+    ) -> bool {
+        self.unbounded > self.planes && self.visit_unbounded(ray, &mut visitor.query, visitor.tally)
+            || bvh.visit(ray, visitor.query.range(), visitor)
     }
 
     #[inline(never)]
@@ -43,35 +44,23 @@ impl<R: Real> Geometry<R> {
         mut query: Q,
         tally: &mut T,
     ) -> (bool, Q) {
-        let (tree, alone) = match &self.accelerator {
-            Accelerator::Linear(count) => (None, 0..*count),
-            Accelerator::Bvh8(bvh) => bvh.places_alone().map_or((Some(bvh), 0..0), |places| (None, places)),
-        };
-        for slot in self.unbounded().chain(self.bounded(alone)) {
+        let alone = self.bvh.places_alone();
+        for slot in self.unbounded().chain(self.bounded(alone.clone().unwrap_or(0..0))) {
             if query.test(self, slot, ray, tally) {
                 return (true, query);
             }
         }
-        match tree {
-            Some(bvh) => self.traverse(bvh, ray, query, tally),
-            None => (false, query),
-        }
+        if alone.is_some() { (false, query) } else { self.traverse(ray, query, tally) }
     }
 
     /// The same of a tree. Rounded to f32 the ray is another one, so it is moved to beside what is there, and boxes take its error into account.
     #[inline(always)]
-    fn traverse<Q: QueryKind<R>, T: TraversalCounter>(
-        &self,
-        bvh: &Bvh8,
-        ray: &PreparedRay,
-        query: Q,
-        tally: &mut T,
-    ) -> (bool, Q) {
+    fn traverse<Q: QueryKind<R>, T: TraversalCounter>(&self, ray: &PreparedRay, query: Q, tally: &mut T) -> (bool, Q) {
         let near = query.range().min.to_f64();
         let (setup, rebase) = TraversalRay::mapped(ray.origin, ray.direction, near, &self.bounded_part());
-        let (culls, ray) = (ray.culls, RaySource::Prepared(ray));
-        let mut visitor = Visitor::<_, _, _, true> { geometry: self, bvh, culls, ray, prepared: None, query, rebase, tally };
-        let over = bvh.visit_mapped(&setup, &mut visitor);
+        let mut visitor = Visitor::<_, _, _, true>::new(self, ray.culls, RaySource::Prepared(ray), query, tally);
+        visitor.rebase = rebase;
+        let over = self.bvh.visit_mapped(&setup, &mut visitor);
         (over, visitor.query)
     }
 
@@ -89,14 +78,11 @@ impl<R: Real> Geometry<R> {
     ) -> (bool, Q) {
         let instance = &self.group.instances[instance];
         let part = &self.group.parts[instance.part as usize];
-        if let Accelerator::Bvh8(bvh) = &part.accelerator
-            && R::IS_SINGLE
+        if let Some(bvh) = part.lanes()
             && part.unbounded == 0
         {
-            let (culls, rebase, source) =
-                (ray.culls, RayReparametrisation::default(), RaySource::Under(&instance.transform, ray));
-            let mut visitor =
-                Visitor::<_, _, _, true> { geometry: part, bvh, culls, ray: source, prepared: None, query, rebase, tally };
+            let source = RaySource::Under(&instance.transform, ray);
+            let mut visitor = Visitor::<_, _, _, true>::new(part, ray.culls, source, query, tally);
             if let Some(over) = bvh.visit_instance(&instance.to_object, &part.sphere, ray, &mut visitor) {
                 return (over, visitor.query);
             }
@@ -115,8 +101,9 @@ impl<R: Real> Geometry<R> {
         tally: &mut T,
     ) -> (bool, Q) {
         let mut room = None;
-        let ray = self.group.transform(instance, ray.time, &mut room).probe_to_object(ray);
-        self.group.parts[instance.part as usize].visit_all(&ray, query.in_space_of(&ray), tally)
+        let (transform, part) = self.group.shown(instance, ray.time, &mut room);
+        let ray = transform.probe_to_object(ray);
+        part.visit_all(&ray, query.in_space_of(&ray), tally)
     }
 }
 
@@ -145,29 +132,28 @@ impl<'a, R: Real> RaySource<'a, R> {
 }
 
 /// Hands what a traversal meets to a query. `MAPPED`: by a ray that was rounded, see [`TraversalRay::mapped`].
-struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
+pub(super) struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
     geometry: &'a Geometry<R>,
-    bvh: &'a Bvh8,
     culls: bool,
     ray: RaySource<'a, R>,
     /// Made from it once something asks.
     prepared: Option<PreparedRay>,
-    query: Q,
+    pub query: Q,
     rebase: RayReparametrisation,
     tally: &'a mut T,
 }
 
-impl<'a, R: Real, Q, T> Visitor<'a, R, Q, T, false> {
+impl<'a, R: Real, Q, T, const MAPPED: bool> Visitor<'a, R, Q, T, MAPPED> {
     #[inline(always)]
-    fn stored(geometry: &'a Geometry<R>, bvh: &'a Bvh8, ray: &'a Ray<R>, query: Q, tally: &'a mut T) -> Self {
-        let (culls, rebase) = (ray.culls, RayReparametrisation::default());
-        Self { geometry, bvh, culls, ray: RaySource::Stored(ray), prepared: None, query, rebase, tally }
+    fn new(geometry: &'a Geometry<R>, culls: bool, ray: RaySource<'a, R>, query: Q, tally: &'a mut T) -> Self {
+        Self { geometry, culls, ray, prepared: None, query, rebase: RayReparametrisation::default(), tally }
     }
 }
 
 impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisitor for Visitor<'_, R, Q, T, MAPPED> {
     const ANY: bool = Q::ANY;
     const MAPPED: bool = MAPPED;
+    type Counter = T;
 
     #[inline(always)]
     fn starts(&mut self, at: f32) {
@@ -197,32 +183,20 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisit
     }
 
     #[inline(always)]
-    fn node(&mut self) {
-        self.tally.node();
+    fn counter(&mut self) -> &mut T {
+        self.tally
     }
 
     #[inline(always)]
-    fn several(&mut self, count: u64) {
-        self.tally.primitives(|| count);
-    }
-
-    #[inline(always)]
-    fn block(&mut self, block: usize) {
-        self.tally.primitives(|| self.bvh.facts(block).count.into());
-    }
-
-    #[inline(always)]
-    fn lanes(&self, block: usize) -> [u32; 2] {
+    fn lanes(&self, facts: &LeafHeader) -> [u32; 2] {
         if !Q::ANY {
             return [u32::MAX, 0];
         }
-        let facts = self.bvh.facts(block);
         [Q::wanted(facts).into(), (Q::opaque(facts) & facts.two_sided(self.culls)).into()]
     }
 
     #[inline(always)]
-    fn triangle(&mut self, block: usize, lane: usize, met: &TriangleHit) -> bool {
-        let facts = self.bvh.facts(block);
+    fn triangle(&mut self, facts: &LeafHeader, lane: usize, met: &TriangleHit) -> bool {
         let [t, u, v] = [met.t, met.weights[0], met.weights[1]].map(R::from_f32);
         let found = SlotHit { t, u, v, slot: facts.first + lane as u32, inner: NO_PART };
         if !Q::ANY {
@@ -236,14 +210,11 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisit
     }
 
     #[inline(always)]
-    fn row(&mut self, facts: &LeafHeader, roots: &SphereHits) -> bool {
-        if roots.hits & Q::opaque(facts) != 0 {
+    fn row(&mut self, facts: &LeafHeader, roots: &RowHits<[f32; WIDTH]>) -> bool {
+        if roots.hits & u32::from(Q::opaque(facts)) != 0 {
             return true;
         }
-        let mut hits = roots.hits & Q::wanted(facts);
-        while hits != 0 {
-            let lane = hits.trailing_zeros() as usize & 7;
-            hits &= hits - 1;
+        for lane in Lanes(roots.hits & u32::from(Q::wanted(facts))) {
             let v = if roots.leaving >> lane & 1 == 0 { R::ZERO } else { R::ONE };
             let t = R::from_f32(roots.t[lane]);
             if self.query.take(self.geometry, SlotHit { t, u: R::ZERO, v, slot: facts.first + lane as u32, inner: NO_PART }) {

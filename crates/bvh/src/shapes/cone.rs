@@ -2,10 +2,9 @@
 
 use glam::DVec3;
 
-use super::drift::Drift;
-use super::frame::{disk_support, length, split, spoke, turn};
-use super::quadratic::{Crossings, Quadratic, Span, approach, slab, tests_close};
-use super::turned::{BASE, TOP, Turned, WALL};
+use super::frame::{disk_support, length, split};
+use super::quadratic::{Crossings, Quadratic, Span, approach, tests_close};
+use super::turned::{Turned, WALL};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -71,25 +70,15 @@ impl<R: Real> Cone<R> {
 
     #[inline(always)]
     fn span(&self, probe: &PreparedRay, close: bool) -> Option<Span> {
-        let wall = if self.radius == self.top_radius { self.tube(probe, close)? } else { self.wall(probe, close)? };
-        let axis = self.axis.to_f64();
-        let height = axis.dot(probe.origin - self.base.to_f64());
-        let ends = slab(height, axis.dot(probe.direction), axis.dot(axis), BASE, TOP)?;
-        Some(Span::of(wall.enter, wall.leave, WALL).cut(ends))
-    }
-
-    /// The wall when both radii are equal: no nappe to choose, and along the axis no crossing.
-    #[inline(always)]
-    fn tube(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
-        let as_cylinder =
-            super::Cylinder { base: self.base, axis: self.axis, radius: self.radius, ends: super::cylinder::Ends::None };
-        as_cylinder.wall(probe, close)
+        let solid = self.solid();
+        // With equal radii there is no nappe to choose, and along the axis no crossing.
+        let wall = if self.radius == self.top_radius { solid.tube(probe, close)? } else { self.wall(probe, close)? };
+        solid.span(probe, wall)
     }
 
     #[inline(always)]
-    fn scale(&self, point: DVec3) -> f64 {
-        let own = self.base.abs().max_element() + self.axis.abs().max_element() + self.radius.max(self.top_radius);
-        own.to_f64() + point.abs().max_element()
+    fn solid(&self) -> Turned {
+        Turned::new(self.base, self.axis, [self.radius, self.top_radius])
     }
 
     /// The radius at a fraction of the axis.
@@ -109,15 +98,7 @@ impl<R: Real> Cone<R> {
         let taper = self.top_radius.to_f64() - self.radius.to_f64();
         let point = self.base.to_f64() + axis * along + out * self.radius_at(along);
         let normal = if has_side { out * height - axis * (taper / height) } else { axis * 1.0_f64.copysign(-taper) };
-        SurfacePoint::new(point, normal.normalize(), slack(self.scale(point)))
-    }
-
-    /// The point of an end at an offset from its centre.
-    fn on_cap(&self, part: u8, offset: DVec3) -> SurfacePoint {
-        let axis = self.axis.to_f64();
-        let (end, normal) = if part == TOP { (1.0, axis.normalize()) } else { (0.0, -axis.normalize()) };
-        let point = self.base.to_f64() + axis * end + offset;
-        SurfacePoint::new(point, normal, slack(self.scale(point)))
+        SurfacePoint::new(point, normal.normalize(), slack(self.solid().scale(point)))
     }
 }
 
@@ -140,22 +121,13 @@ impl<R: Real> Shape<R> for Cone<R> {
         let t = self.span(probe, true).map_or_else(|| hit.t.to_f64(), |span| span.unrounded(hit));
         let raw = probe.origin + probe.direction * t;
         let (along, out) = split(raw - self.base.to_f64(), self.axis.to_f64());
-        let located = if part == WALL { self.on_wall(along, out) } else { self.on_cap(part, out) };
-        let solid = Turned { axis: self.axis.to_f64(), radii: [self.radius, self.top_radius].map(Real::to_f64) };
-        let drift = Drift::around::<R>(maps, located.point, located.error);
-        SurfacePoint { below: located.point + solid.inwards(part, (along, out), drift), ..located }
+        let located = if part == WALL { self.on_wall(along, out) } else { self.solid().on_cap(part, out) };
+        self.solid().start_inside::<R>(located, part, (along, out), maps)
     }
 
     /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base; on an end from its centre to its rim.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        let part = hit.u.to_f64() as u8;
-        let point = self.locate(probe, hit).point;
-        let (along, out) = split(point - self.base.to_f64(), self.axis.to_f64());
-        let (u, dpdu) = turn(out, self.axis.to_f64());
-        let end_radius = if part == TOP { self.top_radius } else { self.radius };
-        let v = if part == WALL { R::from_f64(1.0 - along) } else { R::from_f64(out.length()) / end_radius };
-        // The turn is one for both ends, so on the base, which faces the other way, it runs to the left.
-        Parameters { u, v, dpdu, mirrored: part == BASE }
+        self.solid().parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, 1.0)
     }
 }
 
@@ -174,29 +146,15 @@ impl<R: Real> SampleArea<R> for Cone<R> {
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
-        let [wall, base, top] = self.areas();
-        let out: DVec3 = spoke(self.axis.to_f64(), u.to_f64());
-        let place = v.to_f64() * (wall + base + top);
-        let on_cap = |part, share: f64, radius: R| {
-            let distance: f64 = share.clamp(0.0, 1.0).sqrt();
-            self.on_cap(part, out * (distance * radius.to_f64()))
-        };
-        let located = if place < wall {
+        let on_wall = |share: f64, out| {
             // The radius there is the root of an even mixture of the two squared ones.
-            let (low, high, share) = (self.radius.to_f64(), self.top_radius.to_f64(), place / wall);
+            let (low, high) = (self.radius.to_f64(), self.top_radius.to_f64());
             let radius = (low * low + (high * high - low * low) * share).max(0.0).sqrt();
             // (radius − low)/(high − low), without the difference of equals.
             let along = (low + high) * share / (radius + low).max(f64::MIN_POSITIVE);
             self.on_wall(along.min(1.0), out)
-        } else if place < wall + base {
-            on_cap(BASE, (place - wall) / base, self.radius)
-        } else {
-            on_cap(TOP, (place - wall - base) / top, self.top_radius)
         };
-        (located, 1.0 / self.area())
-    }
-
-    fn density(&self, _: &SurfacePoint) -> f64 {
-        1.0 / self.area()
+        let area = self.area();
+        (self.solid().sample(self.areas(), area, [u, v].map(Real::to_f64), on_wall), 1.0 / area)
     }
 }

@@ -47,12 +47,7 @@ impl<R: Real> Cuboid<R> {
                 }
                 continue;
             }
-            let (low, high) = (low / slope, high / slope);
-            span = span.cut(if slope > 0.0 {
-                Span { near: low, far: high, near_part: 2 * axis, far_part: 2 * axis + 1 }
-            } else {
-                Span { near: high, far: low, near_part: 2 * axis + 1, far_part: 2 * axis }
-            });
+            span = span.cut(Span::between(low / slope, high / slope, [2 * axis, 2 * axis + 1], slope > 0.0));
         }
         Some(span)
     }
@@ -179,10 +174,6 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         let raw = DVec3::from_f64(place);
         let located = self.located(raw, (axis, greater));
         (SurfacePoint::new(self.on_face(raw, axis, greater), located.normal, located.error), 1.0 / self.area())
-    }
-
-    fn density(&self, _: &SurfacePoint) -> f64 {
-        1.0 / self.area()
     }
 }
 

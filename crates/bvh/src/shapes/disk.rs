@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::frame::{disk_support, spoke, turn};
+use super::plane::on_plane;
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -43,11 +44,8 @@ impl<R: Real> Shape<R> for Disk<R> {
     }
 
     fn locate_under(&self, probe: &PreparedRay, _: ShapeHit<R>, _: Under<'_>) -> SurfacePoint {
-        let (normal, centre) = (self.normal.to_f64(), self.centre.to_f64());
-        let height = normal.dot(centre - probe.origin);
-        let point = probe.origin + probe.direction * (height / normal.dot(probe.direction));
-        let way = (point - probe.origin).abs().max_element();
-        let error = slack(point.abs().max_element() + centre.abs().max_element() + way);
+        let normal = self.normal.to_f64();
+        let (point, error) = on_plane(probe, normal, self.centre.to_f64());
         SurfacePoint::new(point, normal.normalize(), error)
     }
 
@@ -70,9 +68,5 @@ impl<R: Real> SampleArea<R> for Disk<R> {
         let point = centre + spoke(self.normal.to_f64(), u.to_f64()) * (radius * v.to_f64().sqrt());
         let error = slack(centre.abs().max_element() + radius);
         (SurfacePoint::new(point, self.normal.to_f64().normalize(), error), 1.0 / self.area())
-    }
-
-    fn density(&self, _: &SurfacePoint) -> f64 {
-        1.0 / self.area()
     }
 }

@@ -22,15 +22,22 @@ pub(crate) struct Corner {
     y: f64,
 }
 
-/// Where the ray passes a triangle.
+/// Where the ray passes a triangle, in f64 or as it is stored.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Crossing {
+pub(crate) struct TriangleHit<T = f32> {
     /// Distance along the ray.
-    pub t: f64,
+    pub t: T,
     /// Weights of the second and third corner.
-    pub weights: [f64; 2],
+    pub weights: [T; 2],
     /// Whether the ray arrives against the right-handed normal.
     pub from_outside: bool,
+}
+
+impl From<&TriangleHit<f64>> for TriangleHit {
+    #[inline(always)]
+    fn from(&TriangleHit { t, weights: [v, w], from_outside }: &TriangleHit<f64>) -> Self {
+        Self { t: t as f32, weights: [v as f32, w as f32], from_outside }
+    }
 }
 
 /// Below so much of what its factors could make of it, a determinant says that a face is seen edge-on.
@@ -65,7 +72,7 @@ impl Corner {
 /// Where the ray passes through the triangle of three projected corners; its border belongs to it. None for a triangle that
 /// the ray sees edge-on: its neighbours are hit instead.
 #[inline(always)]
-pub(crate) fn cross(probe: &PreparedRay, a: &Corner, b: &Corner, c: &Corner) -> Option<Crossing> {
+pub(crate) fn cross(probe: &PreparedRay, a: &Corner, b: &Corner, c: &Corner) -> Option<TriangleHit<f64>> {
     let zero = 0.0;
     let (u, v, w) = (b.edge(c), c.edge(a), a.edge(b));
     // Without short circuits: most triangles are missed, by an edge that no branch predictor can guess. −0 counts as 0.
@@ -85,12 +92,12 @@ pub(crate) fn cross(probe: &PreparedRay, a: &Corner, b: &Corner, c: &Corner) -> 
     let told = determinant.abs() >= sizes * depth * EDGE_ON;
     if !told {
         let (along, [_, v, w]) = entered([a.x, b.x, c.x], [a.y, b.y, c.y], [za, zb, zc]);
-        return Some(Crossing { t: along * probe.inverse_length_squared, weights: [v, w], from_outside });
+        return Some(TriangleHit { t: along * probe.inverse_length_squared, weights: [v, w], from_outside });
     }
     let inverse = 1.0 / determinant;
     let (u, v, w) = (u * inverse, v * inverse, w * inverse);
     let along = za * u + zb * v + zc * w;
-    Some(Crossing { t: along * probe.inverse_length_squared, weights: [v, w], from_outside })
+    Some(TriangleHit { t: along * probe.inverse_length_squared, weights: [v, w], from_outside })
 }
 
 /// Where the ray meets a face that it sees edge-on, in units of the squared direction: where it enters it, and the corners' weights there.

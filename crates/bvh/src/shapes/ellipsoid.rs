@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::drift::Drift;
 use super::prepared_ray::FAR;
-use super::quadratic::{Crossings, Quadratic, approach, point_at};
+use super::quadratic::{Crossings, Quadratic, approach, point_at, rarely};
 use super::sample::area_by_quadrature;
 use super::sphere::{on_globe, sphere_direction};
 use super::{Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
@@ -38,7 +38,7 @@ impl<R: Real> Ellipsoid<R> {
         if !close {
             let (squared, room) = (f.dot(f), radius * radius);
             if squared > room * (FAR * FAR) {
-                return self.far_crossings(probe);
+                return rarely(move || self.crossings(probe, true));
             }
             return Quadratic::new(a, b, squared - room).roots();
         }
@@ -51,13 +51,6 @@ impl<R: Real> Ellipsoid<R> {
             let (middle, half) = (middle + ahead, half_squared.sqrt());
             Crossings { enter: middle - half, leave: middle + half }
         })
-    }
-
-    /// From so many of its sizes away, out of line: few rays come from there.
-    #[cold]
-    #[inline(never)]
-    fn far_crossings(&self, probe: &PreparedRay) -> Option<Crossings> {
-        self.crossings(probe, true)
     }
 
     /// Normal and error bound at a point near the surface.

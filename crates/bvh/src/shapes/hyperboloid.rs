@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::drift::off_bends;
 use super::frame::{disk_support, length, turn};
 use super::prepared_ray::FAR;
-use super::quadratic::{Crossings, Quadratic, approach, point_at};
+use super::quadratic::{Crossings, Quadratic, approach, point_at, rarely};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, sample::area_by_quadrature, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -48,7 +48,7 @@ impl<R: Real> Hyperboloid<R> {
         let quadratic = Quadratic::new(a, b, form(f, f) - unit);
         if !close {
             if f.dot(f) > unit * (FAR * FAR) {
-                return self.far_crossings(probe);
+                return rarely(move || self.crossings(probe, true));
             }
             return quadratic.roots();
         }
@@ -56,13 +56,6 @@ impl<R: Real> Hyperboloid<R> {
         let m = d.cross(f);
         let discriminant = unit * a + (m.x * m.x + m.z * m.z - m.y * m.y);
         Quadratic { discriminant, ..quadratic }.roots().map(|r| r.moved(ahead))
-    }
-
-    /// From so many of its sizes away, out of line: few rays come from there.
-    #[cold]
-    #[inline(never)]
-    fn far_crossings(&self, probe: &PreparedRay) -> Option<Crossings> {
-        self.crossings(probe, true)
     }
 
     /// The surface at a point near it.
@@ -115,8 +108,7 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
     /// u turns about the axis, v runs from the upper rim to the lower.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(probe, hit).point - self.centre.to_f64();
-        let across = DVec3::new(offset.x, 0.0, offset.z);
-        let (u, dpdu) = turn(across, DVec3::Y);
+        let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
         let v = R::from_f64(0.5) - R::from_f64(offset.y) / (self.half_height + self.half_height);
         Parameters { u, v, dpdu, mirrored: false }
     }

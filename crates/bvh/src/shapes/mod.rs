@@ -36,7 +36,7 @@ pub use cuboid::Cuboid;
 pub use cylinder::{Cylinder, Ends};
 pub use disk::Disk;
 pub use drift::Maps;
-pub(crate) use edges::{Crossing, EDGE_ON};
+pub(crate) use edges::{EDGE_ON, TriangleHit};
 pub use ellipsoid::Ellipsoid;
 pub use hyperboloid::Hyperboloid;
 pub use paraboloid::Paraboloid;

@@ -86,8 +86,7 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
     /// u turns about the axis, v runs down with the height, from 0 at the rim to 1 at the apex.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(probe, hit).point - self.apex.to_f64();
-        let across = DVec3::new(offset.x, 0.0, offset.z);
-        let (u, dpdu) = turn(across, DVec3::Y);
+        let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
         Parameters { u, v: R::ONE - R::from_f64(offset.y) / self.height, dpdu, mirrored: false }
     }
 }

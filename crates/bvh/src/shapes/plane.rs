@@ -26,6 +26,16 @@ impl<R: Real> Plane<R> {
     }
 }
 
+/// Where a ray crosses the plane with this normal through a point, and what that is wrong by: at the unrounded distance, so that what remains is the
+/// rounding of the stored coordinates.
+#[inline(always)]
+pub(super) fn on_plane(probe: &PreparedRay, normal: DVec3, through: DVec3) -> (DVec3, f64) {
+    let height = normal.dot(through - probe.origin);
+    let point = probe.origin + probe.direction * (height / normal.dot(probe.direction));
+    let way = (point - probe.origin).abs().max_element();
+    (point, slack(point.abs().max_element() + through.abs().max_element() + way))
+}
+
 impl<R: Real> Shape<R> for Plane<R> {
     fn support(&self, _: DVec3) -> Option<f64> {
         None
@@ -43,12 +53,8 @@ impl<R: Real> Shape<R> for Plane<R> {
 
     #[inline]
     fn locate_under(&self, probe: &PreparedRay, _: ShapeHit<R>, _: Under<'_>) -> SurfacePoint {
-        let (normal, through) = (self.normal.to_f64(), self.point.to_f64());
-        // At the unrounded distance; what remains is the rounding of the stored coordinates.
-        let height = normal.dot(through - probe.origin);
-        let point = probe.origin + probe.direction * (height / normal.dot(probe.direction));
-        let way = (point - probe.origin).abs().max_element();
-        let error = slack(point.abs().max_element() + through.abs().max_element() + way);
+        let normal = self.normal.to_f64();
+        let (point, error) = on_plane(probe, normal, self.point.to_f64());
         SurfacePoint::new(point, normal, error)
     }
 

@@ -128,8 +128,4 @@ impl<R: Real> SampleArea<R> for Quad<R> {
         let located = SurfacePoint::new(point, self.normal(), self.error());
         (located, 1.0 / self.area())
     }
-
-    fn density(&self, _: &SurfacePoint) -> f64 {
-        1.0 / self.area()
-    }
 }

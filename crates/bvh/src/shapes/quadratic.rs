@@ -1,7 +1,7 @@
 //! Where a ray crosses a quadric: the two roots of a·t² + 2b·t + c, told apart by the direction of the crossing.
 
 use super::prepared_ray::FAR;
-use super::{PreparedRay, ShapeHit};
+use super::{PreparedRay, ShapeHit, first_root};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
@@ -106,6 +106,13 @@ pub(crate) fn tests_close<R: Real>(probe: &PreparedRay, centre: R::Vec3, size: R
     !R::IS_SINGLE || far()
 }
 
+/// Does out of line what few rays ask for. What it refers to is to be moved in: a reference to it would make others store it.
+#[cold]
+#[inline(never)]
+pub(crate) fn rarely<T>(work: impl FnOnce() -> T) -> T {
+    work()
+}
+
 /// Where the ray is at a hit that one of `crossings` gave: at the unrounded distance.
 #[inline(always)]
 pub(crate) fn point_at<R: Real>(probe: &PreparedRay, crossings: Option<Crossings>, hit: ShapeHit<R>) -> DVec3 {
@@ -132,6 +139,16 @@ impl Span {
         Self { near, far, near_part: part, far_part: part }
     }
 
+    /// A range between two faces, each with its part: from the first one on where the ray rises, otherwise from the second.
+    #[inline(always)]
+    pub fn between(low: f64, high: f64, [low_part, high_part]: [u8; 2], rises: bool) -> Self {
+        if rises {
+            Self { near: low, far: high, near_part: low_part, far_part: high_part }
+        } else {
+            Self { near: high, far: low, near_part: high_part, far_part: low_part }
+        }
+    }
+
     /// What both have.
     #[inline(always)]
     pub fn cut(self, other: Self) -> Self {
@@ -149,7 +166,6 @@ impl Span {
     /// The first end in the range on an accepted side, with its part as the hit's first number.
     #[inline(always)]
     pub fn nearest<R: Real>(&self, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let on_part = |hit: ShapeHit<R>, part: u8| ShapeHit { u: R::from_f64(f64::from(part)), ..hit };
         let covered = self.near < self.far;
         if !covered {
             return None;
@@ -157,13 +173,9 @@ impl Span {
         // A ray never enters without leaving, however thin the body is where it passes.
         let near = R::from_f64(self.near);
         let far = R::from_f64(self.far).max(near.next_up());
-        if side.accepts(true) && range.contains(near) {
-            Some(on_part(ShapeHit::at(near), self.near_part))
-        } else if side.accepts(false) && range.contains(far) {
-            Some(on_part(ShapeHit::leaving(far), self.far_part))
-        } else {
-            None
-        }
+        let hit = first_root(near, far, range, side)?;
+        let part = if hit.leaves() { self.far_part } else { self.near_part };
+        Some(ShapeHit { u: R::from_f64(part.into()), ..hit })
     }
 }
 
@@ -174,10 +186,5 @@ pub(crate) fn slab(height: f64, slope: f64, top: f64, low: u8, high: u8) -> Opti
     if slope == 0.0 {
         return (0.0 <= height && height <= top).then(|| Span::of(-f64::INFINITY, f64::INFINITY, low));
     }
-    let (at_low, at_high) = (-height / slope, (top - height) / slope);
-    Some(if slope > 0.0 {
-        Span { near: at_low, far: at_high, near_part: low, far_part: high }
-    } else {
-        Span { near: at_high, far: at_low, near_part: high, far_part: low }
-    })
+    Some(Span::between(-height / slope, (top - height) / slope, [low, high], slope > 0.0))
 }

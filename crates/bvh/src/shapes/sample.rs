@@ -12,8 +12,10 @@ pub trait SampleArea<R: Real>: Shape<R> {
     /// are drawn there: above zero, finite, and the same that [`SampleArea::density`] gives.
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64);
 
-    /// The density per area of drawing a point of the surface.
-    fn density(&self, point: &SurfacePoint) -> f64;
+    /// The density per area of drawing a point of the surface; the same everywhere unless said otherwise.
+    fn density(&self, _point: &SurfacePoint) -> f64 {
+        1.0 / self.area()
+    }
 }
 
 /// Area as the mean of one over the density, by the midpoint rule: for surfaces without a closed form, and for mapped ones.

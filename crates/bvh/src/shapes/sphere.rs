@@ -2,7 +2,7 @@
 
 use super::drift::off_bends;
 use super::prepared_ray::FAR;
-use super::quadratic::{Crossings, approach};
+use super::quadratic::{Crossings, approach, rarely};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, first_root, slack};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -48,7 +48,11 @@ impl<R: Real> Shape<R> for Sphere<R> {
             if !may_meet {
                 return None;
             }
-            if outside > room * (FAR * FAR) { self.far_discriminant(probe) } else { b * b - outside * probe.length_squared }
+            if outside > room * (FAR * FAR) {
+                rarely(move || self.near_discriminant(probe))
+            } else {
+                b * b - outside * probe.length_squared
+            }
         };
         // Written so that NaN is a miss.
         let met = discriminant >= 0.0;
@@ -95,13 +99,6 @@ impl<R: Real> Sphere<R> {
         (r * r - l.dot(l)) * probe.length_squared
     }
 
-    /// The same out of line, as few rays come from so far, and with nothing handed over that others would have to store.
-    #[cold]
-    #[inline(never)]
-    fn far_discriminant(&self, probe: &PreparedRay) -> f64 {
-        self.near_discriminant(probe)
-    }
-
     /// The surface in a direction from the centre; in the core's scalar, so that only the rounding to storage is left.
     #[inline(always)]
     pub fn at(&self, normal: DVec3) -> SurfacePoint {
@@ -117,10 +114,6 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         (self.at(DVec3::from_f64(sphere_direction(u.to_f64(), v.to_f64()))), 1.0 / self.area())
-    }
-
-    fn density(&self, _: &SurfacePoint) -> f64 {
-        1.0 / self.area()
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::border::{Face, off_border};
-use super::edges::{Corner, Crossing, are_collinear, corner_slack, cross};
+use super::edges::{Corner, TriangleHit, are_collinear, corner_slack, cross};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -44,7 +44,7 @@ impl<R: Real> Shape<R> for Triangle<R> {
 
     #[inline(always)]
     fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let Crossing { t, weights: [u, v], from_outside } = self.crossing(probe)?;
+        let TriangleHit { t, weights: [u, v], from_outside } = self.crossing(probe)?;
         let t = R::from_f64(t);
         (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit { t, u: R::from_f64(u), v: R::from_f64(v) })
     }
@@ -99,7 +99,7 @@ fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
 impl<R: Real> Triangle<R> {
     /// The watertight test.
     #[inline(always)]
-    pub(crate) fn crossing(&self, probe: &PreparedRay) -> Option<Crossing> {
+    pub(crate) fn crossing(&self, probe: &PreparedRay) -> Option<TriangleHit<f64>> {
         // One by one: an array's map is not always inlined.
         let [a, b, c] = self.vertices;
         cross(probe, &Corner::new(probe, a.to_f64()), &Corner::new(probe, b.to_f64()), &Corner::new(probe, c.to_f64()))
@@ -130,9 +130,5 @@ impl<R: Real> SampleArea<R> for Triangle<R> {
         let root = u.to_f64().sqrt();
         let weights = [1.0 - root, v.to_f64() * root];
         (Self::at([a, b, c], weights), 1.0 / self.area())
-    }
-
-    fn density(&self, _: &SurfacePoint) -> f64 {
-        1.0 / self.area()
     }
 }

@@ -3,9 +3,9 @@
 use core::arch::x86_64::*;
 
 use super::super::WIDTH;
-use super::super::projected_ray::{ProjectedRay, TriangleHit, Unsure, rotated_axes};
+use super::super::projected_ray::{ProjectedRay, Unsure, rotated_axes};
 use super::super::triangle8::Triangle8;
-use crate::shapes::EDGE_ON;
+use crate::shapes::{EDGE_ON, TriangleHit};
 
 /// Lanes of corners.
 const CORNERS: i32 = 7;

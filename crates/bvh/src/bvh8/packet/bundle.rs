@@ -1,0 +1,72 @@
+//! The rays of a pencil as boxes and filters need them at once: the interval of their directions.
+
+use super::PacketState;
+use crate::bvh8::filter::spread;
+use crate::bvh8::traversal_ray::{LeafRay, TraversalRay};
+use crate::bvh8::{Node, WIDTH};
+use crate::math::simd::Simd;
+
+/// The rays as boxes and filters need them: those of the least and of the greatest components.
+pub(super) struct Bundle<S: Simd> {
+    pub origin: [S::Floats; 3],
+    inverse: [[S::Floats; 2]; 3],
+    widened: [[S::Floats; 2]; 3],
+    late: S::Floats,
+    pub near: S::Floats,
+    side: [usize; 3],
+    /// Least and greatest directions.
+    spans: [[S::Floats; 2]; 3],
+    /// Bounds of the filter that hold for each of the rays.
+    pub bounds: LeafRay,
+}
+
+#[inline(always)]
+fn both<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
+    [[s.splat(a[0]), s.splat(b[0])], [s.splat(a[1]), s.splat(b[1])], [s.splat(a[2]), s.splat(b[2])]]
+}
+
+impl<S: Simd> Bundle<S> {
+    #[inline(always)]
+    pub fn new(s: S, pencil: &PacketState) -> Option<Self> {
+        let [least, most] = pencil.spans()?;
+        let (short, long) =
+            (TraversalRay::new(pencil.origin, least, pencil.near), TraversalRay::new(pencil.origin, most, pencil.near));
+        Some(Self {
+            origin: spread(s, pencil.origin),
+            inverse: both(s, short.slopes.inverse, long.slopes.inverse),
+            widened: both(s, short.slopes.widened, long.slopes.widened),
+            late: s.splat(long.slopes.late[0]),
+            near: s.splat(pencil.near),
+            side: long.slopes.side,
+            spans: both(s, least, most),
+            // The longest direction's e_T holds for all: 12 u E² R has no direction in it, and 14 u E² |d|² · 2R/|d| or, where |d| is below one,
+            // 14 u E² · 2R/|d| is twice as much whatever |d| is.
+            bounds: LeafRay { reach: short.aim.reach.max(long.aim.reach), ..long.aim },
+        })
+    }
+
+    /// Which children some ray may enter before `far`, and no later than where.
+    #[inline(always)]
+    pub fn enter(&self, s: S, node: &Node, far: S::Floats) -> (u32, S::Floats) {
+        let (mut entry, mut exit) = (self.near, far);
+        for axis in 0..3 {
+            let (planes, side) = (&node.planes[axis], (self.side[axis] & 1) * WIDTH);
+            let (near, far) = (s.load_from(planes, side), s.load_from(planes, WIDTH - side));
+            let (a, b) = (s.sub(near, self.origin[axis]), s.sub(far, self.origin[axis]));
+            let ([i, j], [k, l]) = (self.inverse[axis], self.widened[axis]);
+            entry = s.max(s.min(s.mul(a, i), s.mul(a, j)), entry);
+            exit = s.min(s.max(s.mul_add(b, k, self.late), s.mul_add(b, l, self.late)), exit);
+        }
+        (s.at_most(entry, exit), entry)
+    }
+
+    /// The least and the greatest product of vectors with any of the directions.
+    #[inline(always)]
+    pub fn products(&self, s: S, v: [S::Floats; 3]) -> [S::Floats; 2] {
+        let [[xa, xb], [ya, yb], [za, zb]] = self.spans;
+        let (xa, xb) = (s.mul(v[0], xa), s.mul(v[0], xb));
+        let (ya, yb) = (s.mul(v[1], ya), s.mul(v[1], yb));
+        let (za, zb) = (s.mul(v[2], za), s.mul(v[2], zb));
+        [s.add(s.add(s.min(xa, xb), s.min(ya, yb)), s.min(za, zb)), s.add(s.add(s.max(xa, xb), s.max(ya, yb)), s.max(za, zb))]
+    }
+}

@@ -1,0 +1,228 @@
+//! The triangles of a block beside a pencil: which of its rays may hit them, by the filter, and the exact test of eight rays at once.
+
+use glam::{DVec3, Vec3};
+
+use super::bundle::Bundle;
+use super::{GROUPS, PacketState, PacketVisitor, RAYS, greatest_far};
+use crate::bvh8::filter::{Bounds, corner, cross, dot, spread, sub3, undecided};
+use crate::bvh8::triangle8::Triangle8;
+use crate::bvh8::{Bvh8, Lanes, WIDTH};
+use crate::math::simd::{Simd, dot_f64};
+use crate::shapes::{EDGE_ON, PreparedRay, Triangle};
+
+/// Eight rays as the exact test needs them: what a probe has of each, side by side.
+pub(super) struct Rays8 {
+    across: [[[f64; WIDTH]; 3]; 2],
+    direction: [[f64; WIDTH]; 3],
+    inverse_length_squared: [f64; WIDTH],
+}
+
+/// Made when the first triangle asks.
+#[inline(never)]
+fn rays(pencil: &PacketState) -> [Rays8; GROUPS] {
+    let none = || Rays8 { across: [[[0.0; WIDTH]; 3]; 2], direction: [[0.0; WIDTH]; 3], inverse_length_squared: [0.0; WIDTH] };
+    let mut rays = [none(), none()];
+    for ray in 0..RAYS {
+        let probe = PreparedRay::new(pencil.ray(ray));
+        let (to, lane) = (&mut rays[ray / WIDTH], ray % WIDTH);
+        for axis in 0..3 {
+            to.across[0][axis][lane] = probe.across[0][axis];
+            to.across[1][axis][lane] = probe.across[1][axis];
+            to.direction[axis][lane] = probe.direction[axis];
+        }
+        to.inverse_length_squared[lane] = probe.inverse_length_squared;
+    }
+    rays
+}
+
+/// What the exact test says of a triangle and eight rays.
+struct Crossed<S: Simd> {
+    hits: u32,
+    outside: u32,
+    unsure: u32,
+    t: S::Floats,
+    weights: [S::Floats; 2],
+}
+
+/// The operations of [`crate::shapes::Triangle`]'s test in their order, for eight rays. Those for which rounding could have taken the
+/// sign of an edge function are to go through that test itself, and those that see it edge-on.
+#[inline(always)]
+fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> Crossed<S> {
+    let zero = s.splat_f64(0.0);
+    let [[ax, ay, az], [bx, by, bz]] = &rays.across;
+    let (across, beside) = ([s.load_f64(ax), s.load_f64(ay), s.load_f64(az)], [s.load_f64(bx), s.load_f64(by), s.load_f64(bz)]);
+    let [dx, dy, dz] = &rays.direction;
+    let direction = [s.load_f64(dx), s.load_f64(dy), s.load_f64(dz)];
+    let (mut x, mut y, mut z) = ([zero; 3], [zero; 3], [zero; 3]);
+    for corner in 0..3 {
+        let offset = corners[corner].as_dvec3() - origin;
+        let offset = [s.splat_f64(offset.x), s.splat_f64(offset.y), s.splat_f64(offset.z)];
+        x[corner] = dot_f64(s, offset, across);
+        y[corner] = dot_f64(s, offset, beside);
+        z[corner] = dot_f64(s, offset, direction);
+    }
+    let products = [s.mul_f64(x[2], y[1]), s.mul_f64(x[0], y[2]), s.mul_f64(x[1], y[0])];
+    let u = s.sub_f64(products[0], s.mul_f64(y[2], x[1]));
+    let v = s.sub_f64(products[1], s.mul_f64(y[0], x[2]));
+    let w = s.sub_f64(products[2], s.mul_f64(y[1], x[0]));
+    let tiny = s.splat_f64(f64::EPSILON * 0.5 * 8.0);
+    let sure = s.at_least_f64(s.abs_f64(u), s.mul_f64(s.abs_f64(products[0]), tiny))
+        & s.at_least_f64(s.abs_f64(v), s.mul_f64(s.abs_f64(products[1]), tiny))
+        & s.at_least_f64(s.abs_f64(w), s.mul_f64(s.abs_f64(products[2]), tiny));
+    let below = s.greater_f64(zero, u) | s.greater_f64(zero, v) | s.greater_f64(zero, w);
+    let above = s.greater_f64(u, zero) | s.greater_f64(v, zero) | s.greater_f64(w, zero);
+    let determinant = s.add_f64(s.add_f64(u, v), w);
+    let mut sizes = s.abs_f64(x[0]);
+    for one in [y[0], x[1], y[1], x[2], y[2]] {
+        sizes = s.add_f64(sizes, s.abs_f64(one));
+    }
+    let depth = s.sub_f64(s.max_f64(s.max_f64(z[0], z[1]), z[2]), s.min_f64(s.min_f64(z[0], z[1]), z[2]));
+    let told = s.at_least_f64(s.abs_f64(determinant), s.mul_f64(s.mul_f64(sizes, depth), s.splat_f64(EDGE_ON)));
+    let hits = s.greater_f64(s.abs_f64(determinant), zero) & !(below & above);
+    let inverse = s.div_f64(s.splat_f64(1.0), determinant);
+    let (u, v, w) = (s.mul_f64(u, inverse), s.mul_f64(v, inverse), s.mul_f64(w, inverse));
+    let along = s.add_f64(s.add_f64(s.mul_f64(z[0], u), s.mul_f64(z[1], v)), s.mul_f64(z[2], w));
+    Crossed {
+        hits,
+        outside: s.greater_f64(determinant, zero),
+        unsure: !(sure & told) & 0xff,
+        t: s.narrow(s.mul_f64(along, s.load_f64(&rays.inverse_length_squared))),
+        weights: [s.narrow(v), s.narrow(w)],
+    }
+}
+
+/// What eight triangles have to do with the common origin, a number of each triangle side by side.
+struct TriangleOrigin8 {
+    u: [[f32; WIDTH]; 3],
+    v: [[f32; WIDTH]; 3],
+    normal: [[f32; WIDTH]; 3],
+    distance: [f32; WIDTH],
+    /// Errors of weights and of determinants, and those before the range and beyond it.
+    errors: [[f32; WIDTH]; 4],
+    /// Those that some ray may hit.
+    lanes: u32,
+}
+
+#[inline(always)]
+fn lane_of<S: Simd>(s: S, v: &[[f32; WIDTH]; 3], lane: usize) -> [S::Floats; 3] {
+    spread(s, [v[0][lane], v[1][lane], v[2][lane]])
+}
+
+#[inline(always)]
+fn rows<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
+    [s.to_array(v[0]), s.to_array(v[1]), s.to_array(v[2])]
+}
+
+impl TriangleOrigin8 {
+    /// Of a block, up to a distance.
+    #[inline(always)]
+    fn new<S: Simd>(s: S, bundle: &Bundle<S>, block: &Triangle8, far: f32) -> Self {
+        let a = corner(s, block, 0);
+        let (ab, ac) = (sub3(s, corner(s, block, 1), a), sub3(s, corner(s, block, 2), a));
+        let from = sub3(s, a, bundle.origin);
+        let (u, v, normal) = (cross(s, ac, from), cross(s, from, ab), cross(s, ab, ac));
+        let w = sub3(s, sub3(s, normal, u), v);
+        let Bounds { weight, determinant, before, beyond, .. } = Bounds::new(s, &bundle.bounds, from, &block.longest, far);
+        let ([ul, ug], [vl, vg], [wl, wg]) = (bundle.products(s, u), bundle.products(s, v), bundle.products(s, w));
+        let below = s.less(s.min(s.min(ug, vg), wg), s.negate(weight));
+        let above = s.less(weight, s.max(s.max(ul, vl), wl));
+        Self {
+            u: rows(s, u),
+            v: rows(s, v),
+            normal: rows(s, normal),
+            distance: s.to_array(dot(s, normal, from)),
+            errors: [s.to_array(weight), s.to_array(determinant), s.to_array(before), s.to_array(beyond)],
+            lanes: !(below & above) & 0xff,
+        }
+    }
+
+    /// The rays of a group that the exact test may say hit a triangle within the range.
+    #[inline(always)]
+    fn undecided<S: Simd>(&self, s: S, lane: usize, directions: [S::Floats; 3], range: [S::Floats; 2]) -> u32 {
+        let u = dot(s, directions, lane_of(s, &self.u, lane));
+        let v = dot(s, directions, lane_of(s, &self.v, lane));
+        let along = dot(s, directions, lane_of(s, &self.normal, lane));
+        let [weight, determinant, before, beyond] = &self.errors;
+        let bounds = Bounds {
+            weight: s.splat(weight[lane]),
+            determinant: s.splat(determinant[lane]),
+            // What is certainly hit is asked of no packet.
+            distance: s.splat(0.0),
+            before: s.splat(before[lane]),
+            beyond: s.splat(beyond[lane]),
+        };
+        undecided(s, [u, v, along], s.splat(self.distance[lane]), range, &bounds).lanes
+    }
+}
+
+/// The directions of a group, and the greatest distances that still count.
+#[inline(always)]
+fn group_of<S: Simd>(s: S, pencil: &PacketState, group: usize) -> ([S::Floats; 3], S::Floats) {
+    let (first, [x, y, z]) = (group * WIDTH, &pencil.directions);
+    let directions = [s.load_from(x, first), s.load_from(y, first), s.load_from(z, first)];
+    (directions, s.load_from(&pencil.far, first))
+}
+
+/// The triangles of a block.
+#[inline(always)]
+pub(super) fn block<S: Simd, M: PacketVisitor>(
+    s: S,
+    bvh: &Bvh8,
+    number: usize,
+    bundle: &Bundle<S>,
+    pencil: &mut PacketState,
+    exact: &mut Option<[Rays8; GROUPS]>,
+    meets: &mut M,
+) {
+    let seen = TriangleOrigin8::new(s, bundle, &bvh.blocks[number], greatest_far(pencil));
+    for lane in Lanes(seen.lanes) {
+        for group in 0..GROUPS {
+            let (directions, far) = group_of(s, pencil, group);
+            let left = seen.undecided(s, lane, directions, [bundle.near, far]) & pencil.asked(group);
+            if left != 0 {
+                let rays = exact.get_or_insert_with(|| rays(pencil));
+                settle(s, bvh, [number, lane, group], left, &rays[group], pencil, meets);
+            }
+        }
+    }
+}
+
+/// The exact test of a triangle for some rays of a group.
+#[inline(always)]
+fn settle<S: Simd, M: PacketVisitor>(
+    s: S,
+    bvh: &Bvh8,
+    [number, lane, group]: [usize; 3],
+    left: u32,
+    rays: &Rays8,
+    pencil: &mut PacketState,
+    meets: &M,
+) {
+    let triangle: Triangle<f32> = bvh.blocks[number].triangle(lane);
+    let facts = bvh.facts(number);
+    let found = crossed(s, Vec3::from(pencil.origin).as_dvec3(), &triangle.vertices, rays);
+    let (mut outside, mut hits) = (found.outside, found.hits & left);
+    let (mut t, [mut u, mut v]) = (s.to_array(found.t), [s.to_array(found.weights[0]), s.to_array(found.weights[1])]);
+    for ray in Lanes(found.unsure & left) {
+        let bit = 1 << ray;
+        (hits, outside) = (hits & !bit, outside & !bit);
+        if let Some(crossing) = triangle.crossing(&PreparedRay::new(pencil.ray(group * WIDTH + ray))) {
+            hits |= bit;
+            outside |= if crossing.from_outside { bit } else { 0 };
+            (t[ray], u[ray], v[ray]) = (crossing.t as f32, crossing.weights[0] as f32, crossing.weights[1] as f32);
+        }
+    }
+    let bit = 1 << lane;
+    if facts.outside_alone(pencil.culls) & bit != 0 {
+        hits &= outside;
+    }
+    if facts.inside & bit != 0 {
+        hits &= !outside;
+    }
+    for ray in Lanes(hits) {
+        if pencil.near < t[ray] {
+            let slots = [facts.first + lane as u32, u32::MAX];
+            pencil.consider(group * WIDTH + ray, [t[ray], u[ray], v[ray]], slots, |a, b| meets.lower(a, b));
+        }
+    }
+}
