@@ -172,3 +172,52 @@ impl Animation {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The bytes of three pictures of one grey each, so many a second.
+    fn animation(format: AnimationFormat, rate: f64, alpha: Option<f32>) -> Vec<u8> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut animation =
+            Animation::new(&folder.path().join("a"), format, rate, Metadata::default()).expect("a folder to write to");
+        for grey in [0.0, 1.0, 0.0] {
+            let alpha = alpha.map(|alpha| vec![alpha; 12]);
+            let picture = Picture { rgb: vec![[grey; 3]; 12], alpha, ..Picture::new(4, 3) };
+            animation.add(&picture, Display::PLAIN).expect("one size");
+        }
+        animation.bytes().expect("all of them")
+    }
+
+    /// Protects: a GIF plays as fast as was asked for, each picture to the nearest hundredth and all of them together, for ever; a picture
+    /// that is transparent does not stay below the next.
+    #[test]
+    fn gifs_keep_their_time() {
+        for (alpha, dispose) in [(None, DisposalMethod::Keep), (Some(0.0), DisposalMethod::Background)] {
+            let bytes = animation(AnimationFormat::Gif, 30.0, alpha);
+            let mut reader = gif::DecodeOptions::new().read_info(bytes.as_slice()).expect("a GIF");
+            let mut frames = Vec::new();
+            while let Some(frame) = reader.read_next_frame().expect("a picture") {
+                frames.push((frame.delay, frame.dispose, [frame.width, frame.height]));
+            }
+            assert_eq!(frames, [3, 4, 3].map(|delay| (delay, dispose, [4, 3])));
+            assert_eq!(reader.repeat(), Repeat::Infinite);
+        }
+    }
+
+    /// Protects: an APNG plays as fast as was asked for, for ever, and has the codes of its pictures.
+    #[test]
+    fn apngs_keep_their_time() {
+        let bytes = animation(AnimationFormat::Apng, 25.0, None);
+        let mut reader = Decoder::new(io::Cursor::new(bytes)).read_info().expect("a PNG");
+        let control = reader.info().animation_control.expect("an animation");
+        assert_eq!((control.num_frames, control.num_plays), (3, 0));
+        for code in [0, 255, 0] {
+            let mut codes = vec![7; 36];
+            reader.next_frame(&mut codes).expect("a picture");
+            let frame = reader.info().frame_control.expect("its time");
+            assert_eq!((f64::from(frame.delay_num) / f64::from(frame.delay_den), codes), (0.04, vec![code; 36]));
+        }
+    }
+}

@@ -185,6 +185,8 @@ mod tests {
         assert_eq!([at(GAP, GAP), at(GAP + 479, GAP + 239)], [[255; 3]; 2]);
         assert_eq!(at(2 * GAP + 480 + 240, GAP + 239), [0; 3], "a small one stands at the foot of its place");
         assert_eq!(at(2 * GAP + 480 + 240, GAP + 100), PAPER);
+        let edges = [189, 190, 289, 290].map(|x| at(2 * GAP + 480 + x, GAP + 239));
+        assert_eq!(edges, [PAPER, [0; 3], [0; 3], PAPER], "it stands in the middle");
         assert_eq!(at(GAP + 240, 2 * GAP + 240 + LINE + 120), PAPER, "nothing covers the third");
         let ink = |left: u32, top: u32| {
             let line = image::imageops::crop_imm(&image, left, top, 480, LINE).to_image();
@@ -193,6 +195,17 @@ mod tests {
         assert!(ink(GAP, GAP + 240) > 40 && ink(2 * GAP + 480, GAP + 240) == 0, "{}", ink(GAP, GAP + 240));
         let bytes = sheet.bytes(&Metadata::default()).expect("a PNG");
         assert_eq!(decode_picture(Path::new("s"), &bytes, &Limits::default()).expect("a PNG").picture.width, image.width());
+    }
+
+    /// Protects: what is higher than wide is no higher than a place is wide.
+    #[test]
+    fn high_pictures_fit_their_place() {
+        let mut sheet = Sheet::new(4);
+        sheet.add(&plain(300, 1200, 1.0), Display::PLAIN, "high");
+        let image = sheet.lay_out();
+        assert_eq!([image.width(), image.height()], [2 * GAP + NARROWEST, 2 * GAP + 480 + LINE]);
+        let edge = |x: u32| image.get_pixel(GAP + x, GAP + 200).0;
+        assert_eq!([19, 20, 139, 140].map(edge), [PAPER, [255; 3], [255; 3], PAPER]);
     }
 
     /// Protects: a long text keeps both its ends and its place.
