@@ -186,6 +186,9 @@ mod tests {
         assert_eq!(found[1].view, Some(View { azimuth: 30.0, elevation: -20.0 }));
         let turns = shots(&ViewArgs { turntable: Some(4), ..ViewArgs::default() });
         assert_eq!(turns.iter().map(|shot| shot.turn).collect::<Vec<_>>(), [0.0, 90.0, 180.0, 270.0].map(Some));
+        let played = ViewArgs { frames: Some(values::frames("0..1:12").expect("moments")), ..ViewArgs::default() };
+        let rates = [played, ViewArgs { turntable: Some(4), ..ViewArgs::default() }, ViewArgs::default()].map(|args| rate(&args));
+        assert_eq!(rates, [12.0, 25.0, 1.0]);
         let frames = |text: &str| {
             let frames = Some(values::frames(text).expect("moments"));
             shots(&ViewArgs { frames, ..ViewArgs::default() }).iter().filter_map(|shot| shot.at).collect::<Vec<_>>()
