@@ -38,7 +38,7 @@ pub(super) struct Facts {
     pub rough_reflection: Source,
     pub rough_refraction: Source,
     /// What lies over, under and in surfaces.
-    pub layers: Layers,
+    pub layers: LayerFacts,
     /// Physical surfaces that light reaches.
     pub lit_physical: Source,
     pub diffuse_physical: Source,
@@ -77,9 +77,9 @@ pub(super) struct Facts {
 
 /// Which effects of layers a scene calls for, with the path of the first place that does.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Layers(BTreeMap<Effect, String>);
+pub(super) struct LayerFacts(BTreeMap<Effect, String>);
 
-impl Layers {
+impl LayerFacts {
     /// Adds those of a material, of which some may be no metal, and some of that clear.
     pub fn gather(&mut self, m: &Physical, parts: [bool; 2], at: &dyn Fn(&str) -> String) {
         for row in LAYER_EFFECTS.iter().filter(|row| (row.has)(m, parts)) {
