@@ -69,28 +69,8 @@ impl<R: Real> Prepared<R> {
         target: &Target<R>,
         want_distance: bool,
     ) -> Between<R> {
-        let mut nearest = R::INFINITY;
-        if self.rules.first_occluder_decides {
-            let mut first: Option<Hit<R>> = None;
-            self.geometry.any(
-                ray,
-                range,
-                &mut |hit| {
-                    if self.is_own(target, hit) {
-                        return false;
-                    }
-                    nearest = nearest.min(hit.t);
-                    if first.is_none_or(|f| hit.order() < f.order()) {
-                        first = Some(*hit);
-                    }
-                    false
-                },
-                &mut (),
-            );
-            let share = first.map_or(R::ONE, |hit| passes::<R, K>(self, ray, &hit));
-            return Between { share, distance: nearest };
-        }
-        let mut product = Product::default();
+        let (mut nearest, mut first, mut product) = (R::INFINITY, None::<Hit<R>>, Transmittance::default());
+        let first_decides = self.rules.first_occluder_decides;
         let blocked = self.geometry.any(
             ray,
             range,
@@ -99,20 +79,24 @@ impl<R: Real> Prepared<R> {
                     return false;
                 }
                 nearest = nearest.min(hit.t);
+                if first_decides {
+                    first = first.filter(|first| first.order() <= hit.order()).or(Some(*hit));
+                    return false;
+                }
                 product.factor(passes::<R, K>(self, ray, hit).to_f64());
                 product.opaque && !want_distance
             },
             &mut (),
         );
-        let share = if blocked { R::ZERO } else { R::from_f64(product.value()) };
-        Between { share, distance: nearest }
+        let through = || if blocked { R::ZERO } else { R::from_f64(product.value()) };
+        Between { share: first.map_or_else(through, |hit| passes::<R, K>(self, ray, &hit)), distance: nearest }
     }
 }
 
 /// A product of factors in 0..1 whose bits do not depend on their order, because occluders are met in the order of the
 /// accelerator: beyond the first factor, logarithms are summed as integers.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Product {
+pub(super) struct Transmittance {
     pub opaque: bool,
     only: Option<f64>,
     /// Sum of the logarithms, in units of 2⁻⁴⁰.
@@ -120,7 +104,7 @@ pub(super) struct Product {
     count: u32,
 }
 
-impl Product {
+impl Transmittance {
     const UNIT: f64 = (1_u64 << 40) as f64;
 
     pub fn factor(&mut self, share: f64) {
@@ -160,10 +144,10 @@ fn passes<R: Real, K: Kernel>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -
 
 #[cfg(test)]
 mod tests {
-    use super::Product;
+    use super::Transmittance;
 
     fn product(factors: &[f64]) -> f64 {
-        let mut product = Product::default();
+        let mut product = Transmittance::default();
         factors.iter().for_each(|&f| product.factor(f));
         product.value()
     }

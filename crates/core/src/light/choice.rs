@@ -9,7 +9,7 @@ use super::{LightId, Lights};
 
 /// Draws a light as a point of a surface is lit by it.
 #[derive(Clone, Debug, Default)]
-pub struct Choice {
+pub struct LightChoice {
     /// Lights that are infinitely far, and the running sum of their shares.
     far: Vec<LightId>,
     far_shares: Vec<f64>,
@@ -20,7 +20,7 @@ pub struct Choice {
     leaves: Vec<u32>,
 }
 
-impl Choice {
+impl LightChoice {
     /// Among all lights that have power.
     pub(super) fn new<R: Real>(lights: &Lights<R>) -> Self {
         let (mut far, mut powers, mut near) = (Vec::new(), Vec::new(), Vec::new());
@@ -78,7 +78,7 @@ impl Choice {
         Some((light, probability * near_share))
     }
 
-    /// The probability with which [`Choice::draw`] draws a light from there.
+    /// The probability with which [`LightChoice::draw`] draws a light from there.
     #[inline]
     pub fn probability<R: Real>(&self, light: LightId, from: R::Vec3, normal: R::Vec3) -> f64 {
         match light {

@@ -14,13 +14,13 @@ use raywright_bvh::{Loops, Real, widest};
 use build::{Group, divide};
 use node::{Node, WIDTH, running};
 
-use super::{Bounds, LightId};
+use super::{LightBounds, LightId};
 
 /// A light that has a place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaf {
     pub light: LightId,
-    pub bounds: Bounds,
+    pub bounds: LightBounds,
     /// Above zero, finite.
     pub power: f64,
 }

@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 use super::albedo::Albedo;
 use super::energy::{Remainder, mean_of};
 use super::frame::Frame;
-use super::fresnel::towards_grazing;
+use super::fresnel::schlick_weight;
 use super::ggx::Ggx;
 use super::lobe::{Lobe, LobeKind, Pair};
 use super::reflectance::Reflectance;
@@ -14,7 +14,7 @@ use crate::number::{Mask, Number, Vector3};
 
 /// The base of a layered surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Base<N: Number> {
+pub struct DiffuseBase<N: Number> {
     /// Share that is diffused back, and what is let through diffusely.
     pub(super) back: N::Vec3,
     pub(super) through: N::Vec3,
@@ -22,12 +22,12 @@ pub struct Base<N: Number> {
     pub(super) interreflected: N::Vec3,
     /// Whether something is let through.
     pub(super) both: bool,
-    pub(super) top: Top<N>,
+    pub(super) top: DiffuseCover<N>,
 }
 
 /// The layer of facets over a base, seen from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Top<N: Number> {
+pub struct DiffuseCover<N: Number> {
     remainder: Remainder<N>,
     /// The facets, where some are rougher one way.
     anisotropic: Option<Ggx<N>>,
@@ -41,7 +41,7 @@ pub struct Top<N: Number> {
     literal: Option<[N; 2]>,
 }
 
-impl<N: Number> Top<N> {
+impl<N: Number> DiffuseCover<N> {
     /// A layer, before it is seen.
     pub(super) fn new(remainder: Remainder<N>, literal: Option<[N; 2]>) -> Self {
         let none = N::Mask::default();
@@ -109,13 +109,13 @@ impl<N: Number> Top<N> {
         let [base, lost] = [base * seen[0], lost * seen[1]];
         let base = self.literal.map_or(base, |[f0, f90]| {
             let tilt = pair.folded().tilt;
-            N::ONE - (f0 + (f90 - f0) * towards_grazing(tilt))
+            N::ONE - (f0 + (f90 - f0) * schlick_weight(tilt))
         });
         [base, lost]
     }
 }
 
-impl<N: Number> Base<N> {
+impl<N: Number> DiffuseBase<N> {
     /// Chance that what is sent both ways is sent back.
     fn back_share(&self) -> N {
         let (back, through) = ((self.back + self.interreflected).max_element(), self.through.max_element());
@@ -124,7 +124,7 @@ impl<N: Number> Base<N> {
     }
 }
 
-impl<N: Number> LobeKind<N> for Base<N> {
+impl<N: Number> LobeKind<N> for DiffuseBase<N> {
     fn importance(&self, _: N) -> N {
         let [base, lost] = self.top.remainder.shown;
         let base = if self.top.literal.is_some() { N::ONE } else { base };
@@ -135,31 +135,31 @@ impl<N: Number> LobeKind<N> for Base<N> {
         self.both
     }
 
-    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
         let [base, lost] = self.top.factors(pair);
         (self.back * base + self.interreflected * lost) / N::from_f64(PI)
     }
 
-    fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
         self.back * (self.top.factors(pair)[0] / N::from_f64(PI))
     }
 
-    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
         if !self.both {
             return N::Vec3::ZERO;
         }
         self.through * (self.top.factors(pair)[0] / N::from_f64(PI))
     }
 
-    fn density(&self, pair: &Pair<N>) -> N {
+    fn pdf(&self, pair: &Pair<N>) -> N {
         self.back_share() * pair.into / N::from_f64(PI)
     }
 
-    fn density_through(&self, pair: &Pair<N>) -> N {
+    fn pdf_through(&self, pair: &Pair<N>) -> N {
         (N::ONE - self.back_share()) * -pair.into / N::from_f64(PI)
     }
 
-    fn drawn_world(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+    fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
         let up = Lobe::<N>::cosine(point);
         let down = N::Vec3::new(up.x(), up.y(), -up.z());
         frame.to_world(N::Vec3::select(self.back_share().above(choice), up, down))

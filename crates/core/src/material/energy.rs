@@ -13,7 +13,7 @@ use super::albedo::{Albedo, MEAN_GRAZING};
 use crate::number::{Mask, Number, Vector3};
 
 /// Share that facets send back whose reflectance goes by Schlick from `f0` at normal incidence to one.
-pub(super) fn sent_back(f0: f64, roughness: f64, cosine: f64) -> f64 {
+pub(super) fn directional_albedo(f0: f64, roughness: f64, cosine: f64) -> f64 {
     Albedo::<f64>::towards(cosine, roughness).sent(f0, 1.0).clamp(0.0, 1.0)
 }
 

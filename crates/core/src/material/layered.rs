@@ -1,7 +1,7 @@
 //! Layered surfaces: the metallic-roughness model with what glTF's extensions lay over it, under it and into it.
 
 use super::albedo::Albedo;
-use super::base::{Base, Top};
+use super::base::{DiffuseBase, DiffuseCover};
 use super::bsdf::Bsdf;
 use super::energy::{Remainder, interreflected, interreflected_of};
 use super::film::Film;
@@ -9,11 +9,10 @@ use super::fresnel::{FresnelRule, conductor};
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use super::glass_layer::{LayeredDielectric, ThinDielectric, Tinted};
 use super::layer::{COAT, Coat, Coating, GgxLobe, Layer, LayerLobe, Mirror};
-use super::metallic_roughness::{LEAST_BEND, MetallicRoughness};
+use super::metallic_roughness::{Glass, MetallicRoughness};
 use super::reflectance::Reflectance;
-use super::rough_glass::RoughGlass;
 use super::sheen::Sheen;
-use super::stage::{ReadAt, Stage, layer};
+use super::stage::{LayerStage, ReadAt, layer};
 use crate::number::{Mask, Number, Vector3};
 
 /// Lobes that a layered surface may have.
@@ -42,7 +41,7 @@ layer! {
 
 /// A layered surface, at a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layered<S: Stage> {
+pub struct Layered<S: LayerStage> {
     /// What is at its bottom.
     pub base: S::Base,
     /// Index of refraction of the dielectric part.
@@ -71,7 +70,7 @@ pub struct Layered<S: Stage> {
     pub compensated: bool,
 }
 
-impl<S: Stage> Layered<S> {
+impl<S: LayerStage> Layered<S> {
     /// What it is where its fields are read.
     pub fn at<N: Number>(&self, here: &impl ReadAt<S, N>) -> Layered<N> {
         Layered {
@@ -223,18 +222,23 @@ impl<N: Number> Layered<N> {
         if back.max(through).max(sent).max_element().above(N::ZERO).any() {
             let both = through.max_element().above(N::ZERO).any();
             let top = self.top(list, facets, (Remainder::new([layer[0], layer[1], own], roughness), over));
-            list.push(LayerLobe::Diffuse(Base { back, through, interreflected: sent, both, top }));
+            list.push(LayerLobe::Diffuse(DiffuseBase { back, through, interreflected: sent, both, top }));
         }
     }
 
     /// The dielectric facets over the base, in the share `over`: metal beside it takes none of the base's light.
-    fn top(&self, list: &LayeredBuilder<'_, N>, facets: &Reflectance<N>, (remainder, over): (Remainder<N>, N)) -> Top<N> {
+    fn top(
+        &self,
+        list: &LayeredBuilder<'_, N>,
+        facets: &Reflectance<N>,
+        (remainder, over): (Remainder<N>, N),
+    ) -> DiffuseCover<N> {
         let alone = Reflectance { shares: [over, N::ZERO], ..*facets };
         let literal = (self.rule == FresnelRule::Model).then(|| {
             let mixed = Reflectance { shares: [N::ONE - self.base.metallic, self.base.metallic], ..*facets };
             [N::ONE, N::ZERO].map(|cosine| mixed.at(cosine).max_element() * over)
         });
-        let mut top = Top::new(remainder, literal);
+        let mut top = DiffuseCover::new(remainder, literal);
         if let Some(facets) = self.anisotropic() {
             top = top.anisotropic(self.is_combed(), facets);
         }
@@ -265,19 +269,11 @@ impl<N: Number> Layered<N> {
             }
             return;
         }
-        // Indices that are nearly the same bend next to nothing, however the facets lie.
-        let bends = N::of_lanes(|lane| (N::exact_lane(glass.ior, lane) - 1.0).abs()).above(N::from_f64(LEAST_BEND));
-        let (rough, eta) = (rough & bends, glass.eta(outside));
-        for (of, smooth) in [(rough, false), (!rough, true)] {
+        let (rough, bare) = (rough & glass.bends(), Glass { reflected: N::Vec3::ONE, ..glass });
+        for (of, roughness) in [(rough, Some(roughness)), (!rough, None)] {
             if of.any() {
-                let surface = RoughGlass {
-                    eta: N::of_lanes(|lane| N::exact_lane(eta, lane)),
-                    share: part(of),
-                    reflected: N::Vec3::ONE,
-                    transmitted: glass.transmitted,
-                    roughness,
-                };
-                list.push(LayerLobe::Dielectric(LayeredDielectric { tinted, eta, rough: surface, smooth, outside }));
+                let boundary = bare.boundary(outside, part(of), roughness);
+                list.push(LayerLobe::Dielectric(LayeredDielectric { tinted, boundary, outside }));
             }
         }
     }

@@ -9,7 +9,7 @@ use raywright_bvh::{Real, Vector};
 pub(crate) use classic::{Classic, Mixture, Specular};
 pub(super) use layered::Context;
 use layered::is_directed;
-pub(crate) use layered::{Directions, Inputs, LayeredInputs, Thickness, count_layered};
+pub(crate) use layered::{Directions, InputStage, LayeredInputs, Thickness, count_layered};
 pub(crate) use physical::{Alpha, Boundary, Index, Passage, Physical};
 
 use super::error::PrepareError;
@@ -132,6 +132,11 @@ pub(super) fn prepare<R: Real>(
             physical::physical(m, inputs, context).map(Material::Physical)
         }
     }
+}
+
+/// What a part of a material is prepared as, where there is one.
+fn prepared<T, P>(part: Option<T>, prepare: impl FnOnce(T) -> Result<P, PrepareError>) -> Result<Option<P>, PrepareError> {
+    part.map(prepare).transpose()
 }
 
 fn vector<R: Real>(c: Colour) -> R::Vec3 {

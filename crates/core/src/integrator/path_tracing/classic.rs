@@ -18,9 +18,7 @@ pub(super) fn lobes<R: Real>(m: &Classic<R>, here: &Here<'_, R>, at: &Interactio
     let mut bsdf = Bsdf::new(normal);
     let mut taken = R::Vec3::ZERO;
     if let Some(transmission) = &m.transmission {
-        let glass = &transmission.glass;
-        let (reflected, transmitted) = (glass.reflected, glass.transmitted);
-        bsdf = bsdf.with(Lobe::Dielectric { eta: glass.eta(at.outside), share: R::ONE, reflected, transmitted });
+        bsdf = bsdf.with(Lobe::Dielectric(transmission.glass.boundary(at.outside, R::ONE, None)));
         taken = R::Vec3::ONE;
     } else if let Some(reflection) = &m.reflection {
         let weight = R::Vec3::splat(unit(reflection.weight.number(here)));

@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
-use super::super::shadow::Product;
+use super::super::shadow::Transmittance;
 use super::super::{General, Leg};
 use super::respond::LightResponse;
 use super::{PathState, PathTracer, weight};
@@ -42,7 +42,7 @@ impl MisStrategy {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Draws a light and a point of it for a surface with a normal; none where nothing of it can be sent back.
+    /// VertexSamples a light and a point of it for a surface with a normal; none where nothing of it can be sent back.
     #[inline(always)]
     pub(super) fn query(
         &self,
@@ -190,7 +190,7 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline(always)]
     pub(super) fn passes(&mut self, ray: &Ray<R>, range: Interval<R>, target: Option<&Target<R>>, sizeless: bool) -> R {
         self.counters.shadow += 1;
-        let mut product = Product::default();
+        let mut product = Transmittance::default();
         let blocked = self.scene.geometry.any(
             ray,
             range,

@@ -4,10 +4,11 @@ use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
 
 use super::super::Kernel;
+use super::super::spawn::stored;
 use super::WhittedTracer;
-use super::state::{NextRay, ScatteredRays, Step, WhittedState};
+use super::state::{NextRay, PathStep, ScatteredRays, WhittedState};
 use crate::interaction::{Beam, Interaction};
-use crate::material::{Glass, Interface};
+use crate::material::Glass;
 use crate::prepare::{Classic, Specular};
 use crate::sampler::Address;
 use crate::scene::SpecularModel;
@@ -16,7 +17,13 @@ use crate::texture::Here;
 impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// Adds the local term of a classic surface to what the path brings, which then goes on with the rays that leave.
     #[inline(always)]
-    pub(super) fn classic(&mut self, m: &Classic<R>, path: &mut WhittedState<R>, hit: &Hit<R>, at: &Interaction<R>) -> Step<R> {
+    pub(super) fn classic(
+        &mut self,
+        m: &Classic<R>,
+        path: &mut WhittedState<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+    ) -> PathStep<R> {
         let WhittedState { throughput, segments, address, .. } = *path;
         let radiance = &mut path.radiance;
         let mut here = self.scene.sources.at(at);
@@ -146,13 +153,10 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             return ScatteredRays::NONE;
         }
         // A normal that is not turned to the viewer points away from a ray inside.
-        let side = if at.direction.dot(at.normal) > R::ZERO { -R::ONE } else { R::ONE };
-        let [d, n] = self.scene.exact_directions(&path.leg, hit, at, side);
-        let interface = Interface::new(d, n, glass.eta(at.outside));
+        let (side, interface) = (at.side(), self.scene.interface(&path.leg, hit, at, glass));
         let leaves = |this: &Self, direction: DVec3, side, throughput| {
-            let stored = R::Vec3::from_f64(direction);
-            let rest = R::Vec3::from_f64(direction - stored.to_f64());
-            NextRay { ray: this.scene.spawn(at, stored, side), throughput, rest }
+            let (direction, rest) = stored::<R>(direction);
+            NextRay { ray: this.scene.spawn(at, direction, side), throughput, rest }
         };
         let reflected = |this: &mut Self, throughput| {
             this.counters.reflection += 1;

@@ -9,7 +9,7 @@ use core::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::build::Sum;
+use super::build::Cluster;
 use super::{Content, Receiver, Tree};
 
 /// Groups in a node.
@@ -66,7 +66,7 @@ fn lesser(a: f32, b: f32) -> f32 {
 }
 
 /// The ball around a group's box; far from the origin its middle is rounded.
-fn ball(group: &Sum) -> (DVec3, f64) {
+fn ball(group: &Cluster) -> (DVec3, f64) {
     let (space, middle) = (group.bounds.space, group.bounds.space.centre());
     (middle, 0.5 * space.extent().length() + f64::EPSILON * middle.abs().max_element())
 }
@@ -81,7 +81,7 @@ fn mean(middle: f32, greatest: f32) -> f32 {
 
 impl Node {
     /// Without groups, around all that they will be.
-    pub fn new(whole: &Sum, parent: u32) -> Self {
+    pub fn new(whole: &Cluster, parent: u32) -> Self {
         /// Lights at one place have no size; with this one every other place is far.
         const LEAST: f64 = 1e-150;
         let (centre, radius) = ball(whole);
@@ -106,8 +106,8 @@ impl Node {
     }
 
     /// Puts a group in its place.
-    pub fn put(&mut self, lane: usize, group: &Sum, whole: &Sum) {
-        let Sum { bounds, power } = group;
+    pub fn put(&mut self, lane: usize, group: &Cluster, whole: &Cluster) {
+        let Cluster { bounds, power } = group;
         let (middle, radius) = ball(group);
         let place = ((middle - self.centre) * self.inverse).as_vec3();
         [self.x[lane], self.y[lane], self.z[lane]] = place.to_array();

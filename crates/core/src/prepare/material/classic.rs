@@ -4,7 +4,7 @@ use raywright_bvh::{Real, Vector};
 
 use super::super::error::PrepareError;
 use super::super::inputs::Compiler;
-use super::vector;
+use super::{prepared, vector};
 use crate::expr::{Scope, Variable};
 use crate::material::Glass;
 use crate::scene::{Classic as ClassicData, Colour, Mixture as MixtureData, SpecularModel, TransmissionChoice};
@@ -95,7 +95,7 @@ pub(super) fn classic<R: Real>(
     ambient: Colour,
     inputs: &mut Compiler<'_, R>,
 ) -> Result<Classic<R>, PrepareError> {
-    let specular = m.specular.as_ref().map(|s| {
+    let specular = prepared(m.specular.as_ref(), |s| {
         Ok(Specular {
             model: s.model,
             exponent: s.exponent,
@@ -104,24 +104,22 @@ pub(super) fn classic<R: Real>(
             shadowed: s.shadowed,
             on_reflection: s.on_reflection,
         })
-    });
-    let specular = specular.transpose()?;
-    let reflection = m.reflection.as_ref().map(|r| {
+    })?;
+    let reflection = prepared(m.reflection.as_ref(), |r| {
         Ok(Reflection {
             weight: inputs.weight(&r.weight, Scope::Light, "reflection.weight")?,
             tinted: r.tinted,
             fuzz: r.fuzz.as_ref().map(|f| (R::from_f64(f.amount), f.frequencies.map(|row| R::Vec3::from_f64(row.into())))),
         })
-    });
-    let reflection = reflection.transpose()?;
+    })?;
     let diffuse = inputs.weight(&m.diffuse, Scope::Light, "diffuse")?;
-    let shadow = m.shadow.as_ref().map(|s| inputs.weight(s, Scope::Light, "shadow")).transpose()?;
+    let shadow = prepared(m.shadow.as_ref(), |s| inputs.weight(s, Scope::Light, "shadow"))?;
     let further = [specular.as_ref().map(|s: &Specular<R>| &s.strength), reflection.as_ref().map(|r: &Reflection<R>| &r.weight)];
     let weights = [Some(&diffuse), shadow.as_ref()].into_iter().chain(further).flatten();
     let asks_how_far = weights.into_iter().any(|w| w.reads(&inputs.sources, &[Variable::OccluderDistance]));
-    let rim = m.rim.as_ref().map(|r| Ok((inputs.weight(&r.strength, Scope::Surface, "rim.strength")?, r.exponent)));
+    let rim = prepared(m.rim.as_ref(), |r| Ok((inputs.weight(&r.strength, Scope::Surface, "rim.strength")?, r.exponent)))?;
     Ok(Classic {
-        rim: rim.transpose()?,
+        rim,
         colour: inputs.input(&m.colour, "colour")?,
         local: inputs.weight(&m.local, Scope::Surface, "local")?,
         ambient: vector::<R>(m.ambient.unwrap_or(ambient)),
@@ -140,7 +138,7 @@ pub(super) fn classic<R: Real>(
                 TransmissionChoice::Switch { threshold } => Some(R::from_f64(threshold)),
             },
         }),
-        emission: m.emission.as_ref().map(|e| inputs.input(e, "emission")).transpose()?,
+        emission: prepared(m.emission.as_ref(), |e| inputs.input(e, "emission"))?,
         mixture: m.mixture.as_ref().map(Mixture::new),
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
         asks_what_is_between: shadow.is_none_or(|s| s.reads(&inputs.sources, &[Variable::Shadow, Variable::OccluderDistance])),
