@@ -5,7 +5,7 @@ mod transport;
 
 use self::list::FindingList;
 use self::transport::{what_needs_a_path_tracer, what_paths_find};
-use super::facts::{Facts, LayerFacts};
+use super::facts::{LayerFacts, SceneFacts};
 use super::kind::LAYER_EFFECTS;
 use super::{Effect, Finding, Status};
 use crate::scene::Integrator;
@@ -13,7 +13,7 @@ use crate::settings::Settings;
 
 /// The integrator that a scene calls for. One that says nothing has Whitted's, whose pictures take no chance and so no more samples than
 /// edges need, where it leaves nothing out that paths find: of classic materials. Physical ones light each other.
-pub(super) fn called_for(facts: &Facts) -> Integrator {
+pub(super) fn called_for(facts: &SceneFacts) -> Integrator {
     let mut lacks = FindingList::default();
     what_needs_a_path_tracer(&mut lacks, facts);
     let lacks = lacks.0.iter().any(|finding| finding.status == Status::LeftOut) || facts.layers.calls_for_paths();
@@ -21,7 +21,7 @@ pub(super) fn called_for(facts: &Facts) -> Integrator {
 }
 
 /// What a scene calls for, in the order of [`Effect::ALL`].
-pub(super) fn found(facts: &Facts, settings: &Settings, paths: bool) -> Vec<Finding> {
+pub(super) fn found(facts: &SceneFacts, settings: &Settings, paths: bool) -> Vec<Finding> {
     let mut list = FindingList::default();
     light_at_a_surface(&mut list, facts, paths);
     further_segments(&mut list, facts, settings, paths);
@@ -43,7 +43,7 @@ pub(super) fn found(facts: &Facts, settings: &Settings, paths: bool) -> Vec<Find
 }
 
 /// What light does where it first meets a surface.
-fn light_at_a_surface(list: &mut FindingList, f: &Facts, paths: bool) {
+fn light_at_a_surface(list: &mut FindingList, f: &SceneFacts, paths: bool) {
     let absent = "no surface has an ambient term";
     if paths {
         list.missing(Effect::AmbientLight, &f.ambient, "a constant light that comes from nowhere goes no way", absent, LOOKS);
@@ -83,7 +83,7 @@ fn light_at_a_surface(list: &mut FindingList, f: &Facts, paths: bool) {
 }
 
 /// What takes a path beyond its first hit.
-fn further_segments(list: &mut FindingList, f: &Facts, settings: &Settings, paths: bool) {
+fn further_segments(list: &mut FindingList, f: &SceneFacts, settings: &Settings, paths: bool) {
     // A smooth coat mirrors, and what is diffused to the other side goes through: for paths alone.
     let further = |own: &Option<String>, layer: Effect| own.clone().or_else(|| f.layers.source(layer).filter(|_| paths));
     let mirrors = further(&f.reflection, Effect::Clearcoat);
@@ -100,7 +100,7 @@ fn further_segments(list: &mut FindingList, f: &Facts, settings: &Settings, path
 }
 
 /// What tells one place of a surface from another.
-fn looks_of_surfaces(list: &mut FindingList, f: &Facts) {
+fn looks_of_surfaces(list: &mut FindingList, f: &SceneFacts) {
     list.plain(
         Effect::PhysicalMaterials,
         &f.physical,
@@ -142,7 +142,7 @@ fn looks_of_surfaces(list: &mut FindingList, f: &Facts) {
 }
 
 /// What can be hit, and what is seen and gives light where nothing is.
-fn geometry_and_sky(list: &mut FindingList, f: &Facts) {
+fn geometry_and_sky(list: &mut FindingList, f: &SceneFacts) {
     list.plain(Effect::TriangleMeshes, &f.mesh, "an object shows a mesh", "no object shows a mesh");
     list.plain(
         Effect::Instances,
@@ -156,7 +156,7 @@ fn geometry_and_sky(list: &mut FindingList, f: &Facts) {
 }
 
 /// The sky, as surfaces receive it.
-fn sky_light(list: &mut FindingList, f: &Facts, paths: bool) {
+fn sky_light(list: &mut FindingList, f: &SceneFacts, paths: bool) {
     if paths {
         let receiver = f.lit.as_ref().or(f.highlight.as_ref());
         let source = receiver.and(f.sky.clone());
@@ -177,7 +177,7 @@ fn sky_light(list: &mut FindingList, f: &Facts, paths: bool) {
 }
 
 /// Surfaces that give off light, as others receive it.
-fn emissive_surfaces(list: &mut FindingList, f: &Facts, paths: bool) {
+fn emissive_surfaces(list: &mut FindingList, f: &SceneFacts, paths: bool) {
     let answers = if paths { f.lit.as_ref().or(f.highlight.as_ref()) } else { f.lit.as_ref() };
     let receiver = |source: &Option<String>| answers.and(source.clone());
     list.plain(
@@ -213,7 +213,7 @@ fn layers(list: &mut FindingList, f: &LayerFacts, paths: bool) {
 }
 
 /// What imported files say that scenes have no words for.
-fn what_files_say_more(list: &mut FindingList, f: &Facts) {
+fn what_files_say_more(list: &mut FindingList, f: &SceneFacts) {
     list.missing(
         Effect::MaterialExtensions,
         &f.unread,

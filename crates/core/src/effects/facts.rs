@@ -18,7 +18,7 @@ type Source = Option<String>;
 pub(crate) const MIRROR_ROUGHNESS: f64 = 0.05;
 
 #[derive(Clone, Debug, Default)]
-pub(super) struct Facts {
+pub(super) struct SceneFacts {
     pub ambient: Source,
     pub lit: Source,
     pub light: Source,
@@ -110,7 +110,7 @@ thread_local! {
     pub(super) static WALKS: core::cell::Cell<u32> = const { core::cell::Cell::new(0) };
 }
 
-impl Facts {
+impl SceneFacts {
     /// Asks everything of a scene seen by a camera.
     pub fn gather(scene: &Scene, camera: Option<&Camera>) -> Self {
         #[cfg(test)]

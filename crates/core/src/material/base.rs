@@ -10,7 +10,7 @@ use super::fresnel::schlick_weight;
 use super::ggx::Ggx;
 use super::lobe::{Lobe, LobeKind, Pair};
 use super::reflectance::Reflectance;
-use crate::number::{Mask, Number, Vector3};
+use crate::number::{Number, Vector3};
 
 /// The base of a layered surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,43 +28,23 @@ pub struct DiffuseBase<N: Number> {
 /// The layer of facets over a base, seen from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffuseCover<N: Number> {
-    remainder: Remainder<N>,
-    /// The facets, where some are rougher one way.
-    anisotropic: Option<Ggx<N>>,
-    /// Whether they are.
-    is_anisotropic: N::Mask,
-    /// By which the layer reflects, where that is not Schlick's way between two numbers.
-    curve: Option<Reflectance<N>>,
-    /// Whether that is so.
-    curved: N::Mask,
+    pub(super) remainder: Remainder<N>,
+    /// Where facets are rougher one way, and those.
+    pub(super) anisotropic: Option<(N::Mask, Ggx<N>)>,
+    /// Where the layer does not reflect by Schlick's way between two numbers, and how it does.
+    pub(super) curve: Option<(N::Mask, Reflectance<N>)>,
     /// Reflectances at normal and grazing incidence of glTF's sample formula, which leaves 1 − F by the half vector.
-    literal: Option<[N; 2]>,
+    pub(super) literal: Option<[N; 2]>,
 }
 
 impl<N: Number> DiffuseCover<N> {
-    /// A layer, before it is seen.
-    pub(super) fn new(remainder: Remainder<N>, literal: Option<[N; 2]>) -> Self {
-        let none = N::Mask::default();
-        Self { remainder, anisotropic: None, is_anisotropic: none, curve: None, curved: none, literal }
-    }
-
-    /// It where its facets are rougher one way.
-    pub(super) fn anisotropic(self, mask: N::Mask, facets: Ggx<N>) -> Self {
-        if mask.any() { Self { anisotropic: Some(facets), is_anisotropic: mask, ..self } } else { self }
-    }
-
-    /// It where it reflects by a curve.
-    pub(super) fn curved(self, curved: N::Mask, curve: Reflectance<N>) -> Self {
-        if curved.any() { Self { curve: Some(curve), curved, ..self } } else { self }
-    }
-
     /// It as it is seen along `wo` at a cosine.
     pub(super) fn seen(self, wo: N::Vec3, cosine: N) -> Self {
         let [mut base, lost] = self.remainder.left(self.mean_albedo());
-        if self.curved.any() {
+        if let Some((curved, _)) = self.curve {
             let mean = match &self.anisotropic {
                 None => mean_of(|cosine| self.left(N::Vec3::ZERO, cosine)[0]),
-                Some(facets) => {
+                Some((_, facets)) => {
                     let frame = facets.frame();
                     // The quarter of all azimuths is that of any of them.
                     let turns = [1.0, 3.0, 5.0, 7.0].map(|eighth| N::from_f64(eighth / 32.0).turned());
@@ -76,7 +56,7 @@ impl<N: Number> DiffuseCover<N> {
                     })
                 }
             };
-            base = N::select(self.curved, mean, base);
+            base = N::select(curved, mean, base);
         }
         Self { remainder: self.remainder.seen(self.left(wo, cosine), [base, lost]), ..self }
     }
@@ -84,7 +64,7 @@ impl<N: Number> DiffuseCover<N> {
     fn mean_albedo(&self) -> Albedo<N> {
         let isotropic = Albedo::mean(self.remainder.roughness);
         match &self.anisotropic {
-            Some(facets) => Albedo::select(self.is_anisotropic, Albedo::anisotropic_mean(facets), isotropic),
+            Some((mask, facets)) => Albedo::select(*mask, Albedo::anisotropic_mean(facets), isotropic),
             None => isotropic,
         }
     }
@@ -93,13 +73,13 @@ impl<N: Number> DiffuseCover<N> {
     fn left(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
         let isotropic = Albedo::towards(cosine, self.remainder.roughness);
         let albedo = match &self.anisotropic {
-            Some(facets) => Albedo::select(self.is_anisotropic, Albedo::anisotropic(facets, direction), isotropic),
+            Some((mask, facets)) => Albedo::select(*mask, Albedo::anisotropic(facets, direction), isotropic),
             None => isotropic,
         };
         let [plain, lost] = self.remainder.left(albedo);
-        let Some(curve) = &self.curve else { return [plain, lost] };
+        let Some((curved, curve)) = &self.curve else { return [plain, lost] };
         let [base, _] = self.remainder.left_of(albedo.sent_by(|cosine| curve.at(cosine).max_element()), lost);
-        [N::select(self.curved, base, plain), lost]
+        [N::select(*curved, base, plain), lost]
     }
 
     /// Factors of 1/π: of what a white base sends back, and of what white facets send to each other.

@@ -32,6 +32,14 @@ pub(super) fn interreflected_of<N: Number>(f0: N, f90: N, lost: N) -> N {
     mean * mean * (N::ONE - lost) / (N::ONE - mean * lost)
 }
 
+/// The factor of dielectric facets that reflect so much at normal and at grazing incidence, and that of all facets, of which shares are
+/// dielectric and metal.
+#[inline(always)]
+pub(super) fn interreflections<N: Number>([f0, f90]: [N; 2], metal: N::Vec3, shares: [N; 2], lost: N) -> (N, N::Vec3) {
+    let dielectric = interreflected_of(f0, f90, lost);
+    (dielectric, interreflected::<N>(metal, N::ONE, lost) * shares[1] + N::Vec3::splat(dielectric * shares[0]))
+}
+
 /// The mean over the hemisphere, by the cosine, of what is said of cosines: Gauss's rule by their squares.
 pub(super) fn mean_of<N: Number>(of: impl Fn(N) -> N) -> N {
     const RULE: [[f64; 2]; 4] = [

@@ -60,24 +60,24 @@ pub struct LayeredDielectric<N: Number> {
 }
 
 impl<N: Number> LayeredDielectric<N> {
-    /// What is reflected at a lane's facet, by the cosine on the ray's side.
-    fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
-        let eta = N::exact_lane(self.boundary.eta, lane);
-        let c = cosine.clamp(0.0, 1.0);
+    /// Cosines at a lane's facet, on the ray's side and beyond; none of them where all is reflected.
+    fn cosines(&self, lane: usize, cosine: f64) -> Option<[f64; 2]> {
+        let (eta, c) = (N::exact_lane(self.boundary.eta, lane), cosine.clamp(0.0, 1.0));
         let beyond = 1.0 - eta * eta * (1.0 - c * c);
-        let cosines = (beyond > 0.0).then(|| {
-            let t = beyond.sqrt();
-            if self.outside.lane(lane) { [c, t] } else { [t, c] }
-        });
-        self.tinted.reflectance(lane, cosines)
+        (beyond > 0.0).then(|| [c, beyond.sqrt()])
+    }
+
+    /// What is reflected there.
+    fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
+        let turned = |[own, beyond]: [f64; 2]| if self.outside.lane(lane) { [own, beyond] } else { [beyond, own] };
+        self.tinted.reflectance(lane, self.cosines(lane, cosine).map(turned))
     }
 
     /// Factors that turn what exact Fresnel's share reflects and lets through at a facet into what is.
     fn factors(&self, cosine: N) -> [N::Vec3; 2] {
         let exact = |lane: usize| {
-            let (eta, c) = (N::exact_lane(self.boundary.eta, lane), cosine.lane(lane).clamp(0.0, 1.0));
-            let beyond = 1.0 - eta * eta * (1.0 - c * c);
-            fresnel::dielectric(c, (beyond > 0.0).then(|| beyond.sqrt()), eta)
+            let eta = N::exact_lane(self.boundary.eta, lane);
+            self.cosines(lane, cosine.lane(lane)).map_or(1.0, |[c, beyond]| fresnel::dielectric(c, Some(beyond), eta))
         };
         let factor = |of: fn([f64; 2]) -> f64| {
             <N::Vec3 as Vector3<N>>::of_lanes(|lane| {

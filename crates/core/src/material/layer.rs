@@ -161,14 +161,14 @@ macro_rules! ask {
 
 /// A lobe with what lies over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layer<N: Number> {
+pub struct CoatedLobe<N: Number> {
     lobe: LayerLobe<N>,
     coating: Coating<N>,
     /// What the choice among lobes goes by, for the direction that the surface is seen from.
     importance: N,
 }
 
-impl<N: Number> Layer<N> {
+impl<N: Number> CoatedLobe<N> {
     /// A lobe under a coating, seen along `wo` about a normal.
     pub(super) fn new(lobe: LayerLobe<N>, coating: Coating<N>, normal: N::Vec3, wo: N::Vec3) -> Self {
         let cosine = match lobe {
@@ -196,7 +196,7 @@ impl<N: Number> Layer<N> {
     }
 }
 
-impl<N: Number> LobeFamily<N> for Layer<N> {
+impl<N: Number> LobeFamily<N> for CoatedLobe<N> {
     const NOTHING: Self = Self {
         lobe: LayerLobe::Sheen(Sheen { colour: <N::Vec3 as Vector3<N>>::ZERO, roughness: N::ONE }),
         coating: Coating::NONE,
@@ -205,7 +205,7 @@ impl<N: Number> LobeFamily<N> for Layer<N> {
     const COATED: bool = true;
 }
 
-impl<N: Number> LobeKind<N> for Layer<N> {
+impl<N: Number> LobeKind<N> for CoatedLobe<N> {
     fn importance(&self, _: N) -> N {
         self.importance
     }

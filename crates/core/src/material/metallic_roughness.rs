@@ -3,7 +3,7 @@
 use super::albedo::Albedo;
 use super::bsdf::Bsdf;
 use super::dielectric::Dielectric;
-use super::energy::{Remainder, interreflected, interreflected_of};
+use super::energy::{Remainder, interreflections};
 use super::ggx::LEAST_ROUGHNESS;
 use super::lobe::Lobe;
 use crate::number::{Mask, Number, Vector3};
@@ -121,10 +121,9 @@ impl<N: Number> MetallicRoughness<N> {
         let mean = Albedo::mean(self.roughness);
         let (mut sent, mut own) = (zero, N::ZERO);
         if compensated {
-            own = interreflected_of(layer[0], layer[1], mean.lost);
-            let metal = interreflected::<N>(self.base, N::ONE, mean.lost) * self.metallic;
-            let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
-            sent = N::Vec3::select(rough, metal + N::Vec3::splat(own * dielectric), zero);
+            let all;
+            (own, all) = interreflections::<N>(layer, self.base, [dielectric, self.metallic], mean.lost);
+            sent = N::Vec3::select(self.roughness.above(N::from_f64(LEAST_ROUGHNESS)), all, zero);
         }
         let remainder = Remainder::new([layer[0], layer[1], own], self.roughness).seen_at(cosine, mean);
         (Lobe::Diffuse { albedo, interreflected: sent, remainder }, albedo.max(sent).max_element().above(N::ZERO))

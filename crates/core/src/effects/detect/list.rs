@@ -1,6 +1,6 @@
 //! A list of findings: the ways in which what a scene has becomes a status, a reason and a hint.
 
-use super::super::facts::Facts;
+use super::super::facts::SceneFacts;
 use super::super::{Effect, Finding, Status};
 use crate::settings::{Sampling, Settings};
 
@@ -47,7 +47,7 @@ impl FindingList {
     }
 
     /// Motion needs samples at different times.
-    pub fn motion(&mut self, f: &Facts, settings: &Settings) {
+    pub fn motion(&mut self, f: &SceneFacts, settings: &Settings) {
         let (because, hint) = match settings.sampling {
             _ if f.motion.is_none() || f.instant => return self.plain(Effect::Motion, &None, "", NOTHING_MOVES),
             _ if f.exposure.is_none() => {

@@ -1,11 +1,11 @@
 //! Light that comes over other surfaces and through bodies: what paths find, and Whitted's rules leave out.
 
 use super::super::Effect;
-use super::super::facts::Facts;
+use super::super::facts::SceneFacts;
 use super::list::FindingList;
 
 /// What Whitted ray tracing does not solve, and paths find.
-pub(super) fn what_paths_find(list: &mut FindingList, f: &Facts) {
+pub(super) fn what_paths_find(list: &mut FindingList, f: &SceneFacts) {
     list.plain(Effect::IndirectLight, &f.lit, "surfaces light each other", "no surface diffuses light");
     list.plain(
         Effect::GlossyReflection,
@@ -49,7 +49,7 @@ pub(super) fn what_paths_find(list: &mut FindingList, f: &Facts) {
 }
 
 /// What Whitted ray tracing does not solve.
-pub(super) fn what_needs_a_path_tracer(list: &mut FindingList, f: &Facts) {
+pub(super) fn what_needs_a_path_tracer(list: &mut FindingList, f: &SceneFacts) {
     let path = "--integrator path";
     list.missing(
         Effect::IndirectLight,

@@ -6,7 +6,7 @@ use super::super::{General, Leg};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{Frame, Glass, Hero, LayeredBsdf, MetallicRoughness, ReadAt, index_at};
-use crate::prepare::{Boundary, Directions, InputStage, LayeredInputs, Physical, Prepared, Thickness};
+use crate::prepare::{Boundary, Directions, InputStage, LayeredInputs, PhysicalInputs, Prepared, Thickness};
 use crate::sampler::{Address, Purpose, pair};
 use crate::texture::{Bump, Here, Input, Product};
 
@@ -18,7 +18,7 @@ impl<R: Real> PathTracer<'_, R> {
         path: &mut PathState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-        (m, layered): (&Physical<R>, &LayeredInputs<R>),
+        (m, layered): (&PhysicalInputs<R>, &LayeredInputs<R>),
     ) -> bool {
         let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
         let bent = self.layers_at(path, hit, at, (m, layered), &mut bsdf);
@@ -31,7 +31,7 @@ impl<R: Real> PathTracer<'_, R> {
         path: &mut PathState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-        (m, layered): (&Physical<R>, &LayeredInputs<R>),
+        (m, layered): (&PhysicalInputs<R>, &LayeredInputs<R>),
         bsdf: &mut LayeredBsdf<R>,
     ) -> Option<Glass<R>> {
         let here = self.scene.sources.at(at);

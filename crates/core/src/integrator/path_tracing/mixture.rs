@@ -8,7 +8,7 @@ use super::scatter::ScatteredRay;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lobe, schlick_weight};
-use crate::prepare::Mixture;
+use crate::prepare::MixtureInputs;
 
 /// Least chance by which the published shader divides.
 const LEAST_CHANCE: f64 = 0.001;
@@ -22,7 +22,7 @@ struct MixtureChances {
 }
 
 impl MixtureChances {
-    fn new<R: Real>(m: &Mixture<R>, at: &Interaction<R>) -> Self {
+    fn new<R: Real>(m: &MixtureInputs<R>, at: &Interaction<R>) -> Self {
         let normal = at.facing_normal();
         let eta = m.ior.map_or(1.0, |ior| if at.outside { 1.0 / ior } else { ior });
         let interface = Interface::new(at.direction.to_f64(), normal.to_f64(), eta);
@@ -51,7 +51,7 @@ impl MixtureChances {
 impl<R: Real> PathTracer<'_, R> {
     /// Sends a path on from such a surface; whether it goes on.
     #[inline(never)]
-    pub(super) fn mixed(&mut self, path: &mut PathState<R>, at: &Interaction<R>, m: &Mixture<R>, albedo: R::Vec3) -> bool {
+    pub(super) fn mixed(&mut self, path: &mut PathState<R>, at: &Interaction<R>, m: &MixtureInputs<R>, albedo: R::Vec3) -> bool {
         let (met, normal) = (MixtureChances::new(m, at), at.facing_normal());
         let diffused = 1.0 - met.mirrored - met.through;
         if !m.published_roulette && diffused > 0.0 {
@@ -82,16 +82,8 @@ impl<R: Real> PathTracer<'_, R> {
             drawn.weight = weight;
         }
         let ray = self.scene.spawn(at, direction, if normal == at.normal { side } else { -side });
-        let (mirrored, through) = (way < met.mirrored, side != one);
-        let goes_on =
-            self.go_on(path, at, &drawn, ScatteredRay { ray, rest: Vector::ZERO, lit: normal, through, straight: false });
-        let rays = match (mirrored, through) {
-            (true, _) => &mut self.counters.reflection,
-            (_, true) => &mut self.counters.refraction,
-            _ => &mut self.counters.scatter,
-        };
-        *rays += u64::from(goes_on);
-        goes_on
+        let (smooth, through) = (way < met.mirrored, side != one);
+        self.go_on(path, at, &drawn, ScatteredRay { ray, rest: Vector::ZERO, lit: normal, smooth, through, straight: false })
     }
 }
 

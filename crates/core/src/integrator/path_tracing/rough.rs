@@ -210,8 +210,7 @@ impl<R: Real> PathTracer<'_, R> {
             ray = self.scene.spawn(at, ray.direction, R::ONE);
         }
         let density = shaded.density[lane].to_f64();
-        let onward = ScatteredRay { ray, rest: Vector::ZERO, lit: at.normal, through: false, straight: false };
+        let onward = ScatteredRay { ray, rest: Vector::ZERO, lit: at.normal, smooth: false, through: false, straight: false };
         self.leave(path, at, (vector::<R>(&shaded.throughput, lane), density), onward);
-        self.counters.scatter += 1;
     }
 }

@@ -28,7 +28,8 @@ pub(super) struct ScatteredRay<R: Real> {
     pub rest: R::Vec3,
     /// Normal of the side that lights were asked for; zero for both.
     pub lit: R::Vec3,
-    /// Whether it goes through the surface.
+    /// Whether a mirror or clear glass sends it, and whether it goes through the surface.
+    pub smooth: bool,
     pub through: bool,
     /// Whether it does so as shadow rays do.
     pub straight: bool,
@@ -68,14 +69,7 @@ impl<R: Real> PathTracer<'_, R> {
         // Of delta lobes only walls send light on without an index.
         let straight = coated && drawn.delta && through && self.is_wall(at.material);
         let ray = self.scene.spawn(at, direction, side);
-        let goes_on = self.go_on(path, at, drawn, ScatteredRay { ray, rest, lit, through, straight });
-        let rays = match (drawn.delta, through) {
-            (_, true) => &mut self.counters.refraction,
-            (true, false) => &mut self.counters.reflection,
-            (false, false) => &mut self.counters.scatter,
-        };
-        *rays += u64::from(goes_on);
-        goes_on
+        self.go_on(path, at, drawn, ScatteredRay { ray, rest, lit, smooth: drawn.delta, through, straight })
     }
 
     /// Takes a path on in the direction that was drawn at a vertex, unless chance ends it.
@@ -106,6 +100,11 @@ impl<R: Real> PathTracer<'_, R> {
         (throughput, density): (R::Vec3, f64),
         onward: ScatteredRay<R>,
     ) {
+        *match (onward.smooth, onward.through) {
+            (_, true) => &mut self.counters.refraction,
+            (true, false) => &mut self.counters.reflection,
+            (false, false) => &mut self.counters.scatter,
+        } += 1;
         path.leg.go_on(&onward.ray, onward.rest);
         path.throughput = throughput;
         path.address.bounce += 1;

@@ -9,7 +9,7 @@ use super::WhittedTracer;
 use super::state::{NextRay, PathStep, ScatteredRays, WhittedState};
 use crate::interaction::{Beam, Interaction};
 use crate::material::Glass;
-use crate::prepare::{Classic, Specular};
+use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::sampler::Address;
 use crate::scene::SpecularModel;
 use crate::texture::Here;
@@ -19,7 +19,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     #[inline(always)]
     pub(super) fn classic(
         &mut self,
-        m: &Classic<R>,
+        m: &ClassicInputs<R>,
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
@@ -71,7 +71,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the
     /// expressions of reflection weights find them.
     #[inline(always)]
-    fn local(&mut self, m: &Classic<R>, here: &mut Here<'_, R>, colour: R::Vec3, address: Address) -> R::Vec3 {
+    fn local(&mut self, m: &ClassicInputs<R>, here: &mut Here<'_, R>, colour: R::Vec3, address: Address) -> R::Vec3 {
         let (scene, at) = (self.scene, here.at);
         let zero = R::ZERO;
         let n = at.normal;
@@ -125,7 +125,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     }
 
     /// Highlights that belong to the reflection: no shadow ray, as the documented preset's mirror has it.
-    fn highlights(&mut self, specular: &Specular<R>, here: &Here<'_, R>) -> R::Vec3 {
+    fn highlights(&mut self, specular: &SpecularInputs<R>, here: &Here<'_, R>) -> R::Vec3 {
         let mut sum = R::Vec3::ZERO;
         for light in self.scene.lights.delta.iter().filter(|l| l.specular) {
             let Some(seen) = light.sample(here.at.surface.point) else { continue };
@@ -188,7 +188,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
 
 /// The shape of a highlight towards a light in unit direction `l`.
 #[inline(always)]
-fn lobe<R: Real>(s: &Specular<R>, at: &Interaction<R>, l: R::Vec3) -> R {
+fn lobe<R: Real>(s: &SpecularInputs<R>, at: &Interaction<R>, l: R::Vec3) -> R {
     let cosine = match s.model {
         SpecularModel::Blinn => at.normal.dot((l - at.direction).normalize()),
         SpecularModel::BlinnReflected => at.normal.dot((l - at.mirrored()).normalize()),

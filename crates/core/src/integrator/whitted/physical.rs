@@ -9,7 +9,7 @@ use super::state::{NextRay, PathStep, ScatteredRays, WhittedState};
 use crate::effects::MIRROR_ROUGHNESS;
 use crate::interaction::Interaction;
 use crate::material::{Glass, MetallicRoughness, environment_reflectance};
-use crate::prepare::Physical;
+use crate::prepare::PhysicalInputs;
 use crate::sampler::{Address, Branch};
 
 impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
@@ -17,7 +17,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// the path that shows the rest. None where it covers everything, and where the path has waited.
     pub(super) fn cutout(
         &mut self,
-        m: &Physical<R>,
+        m: &PhysicalInputs<R>,
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
@@ -55,7 +55,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     #[inline(always)]
     pub(super) fn physical(
         &mut self,
-        m: &Physical<R>,
+        m: &PhysicalInputs<R>,
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
