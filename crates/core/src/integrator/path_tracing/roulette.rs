@@ -53,3 +53,36 @@ pub(super) fn is_some<R: Real>(v: R::Vec3) -> bool {
     let (x, y, z) = (Real::abs(v.x()), Real::abs(v.y()), Real::abs(v.z()));
     ((x > R::ZERO) | (y > R::ZERO) | (z > R::ZERO)) & (x < R::INFINITY) & (y < R::INFINITY) & (z < R::INFINITY)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    /// Protects: of what chance ends, the rest counts for it: the mean over all numbers is what came, whatever the colour; what carries
+    /// nothing, or is no number, ends without it too.
+    #[test]
+    fn survivors_count_for_what_ends() {
+        const COUNT: u32 = 10_000;
+        for (throughput, most) in [
+            (DVec3::new(0.3, 0.1, 0.05), 1.0),
+            (DVec3::new(3.0, 1.0, 0.5), 0.95),
+            (DVec3::new(3.0, 1.0, 0.5), 1.0),
+            (DVec3::new(0.3, 0.1, 0.0), f64::INFINITY),
+        ] {
+            let each = (0..COUNT).map(|i| survive::<f64>(throughput, most, (f64::from(i) + 0.5) / f64::from(COUNT)));
+            let (mut sum, mut ended) = (DVec3::ZERO, 0);
+            for (throughput, goes_on) in each {
+                sum += if goes_on { throughput } else { DVec3::ZERO };
+                ended += u32::from(!goes_on);
+            }
+            let off = (sum / f64::from(COUNT) - throughput).abs().max_element();
+            assert!(off < 1e-3 * throughput.max_element(), "{throughput} at {most}: {off} off");
+            let wanted = if most == f64::INFINITY { 0.0 } else { 1.0 - throughput.x.min(most) };
+            assert!((f64::from(ended) / f64::from(COUNT) - wanted).abs() < 1e-3, "{throughput} at {most}: {ended} ended");
+        }
+        for nothing in [DVec3::ZERO, DVec3::NAN, DVec3::new(1.0, f64::NAN, 0.0), DVec3::INFINITY] {
+            assert!([1.0, f64::INFINITY].iter().all(|&most| !survive::<f64>(nothing, most, 0.0).1), "{nothing}");
+        }
+    }
+}

@@ -144,3 +144,6 @@ impl<R: Real> ShadedLanes<R> {
         Ray::new(vector::<R>(&self.origin, lane), vector::<R>(&self.direction, lane))
     }
 }
+
+#[cfg(test)]
+mod tests;
