@@ -69,8 +69,28 @@ impl<R: Real> Prepared<R> {
         target: &Target<R>,
         want_distance: bool,
     ) -> Between<R> {
-        let (mut nearest, mut first, mut product) = (R::INFINITY, None::<Hit<R>>, Transmittance::default());
-        let first_decides = self.rules.first_occluder_decides;
+        let mut nearest = R::INFINITY;
+        if self.rules.first_occluder_decides {
+            let mut first: Option<Hit<R>> = None;
+            self.geometry.any(
+                ray,
+                range,
+                &mut |hit| {
+                    if self.is_own(target, hit) {
+                        return false;
+                    }
+                    nearest = nearest.min(hit.t);
+                    if first.is_none_or(|f| hit.order() < f.order()) {
+                        first = Some(*hit);
+                    }
+                    false
+                },
+                &mut (),
+            );
+            let share = first.map_or(R::ONE, |hit| passes::<R, K>(self, ray, &hit));
+            return Between { share, distance: nearest };
+        }
+        let mut product = Transmittance::default();
         let blocked = self.geometry.any(
             ray,
             range,
@@ -79,17 +99,13 @@ impl<R: Real> Prepared<R> {
                     return false;
                 }
                 nearest = nearest.min(hit.t);
-                if first_decides {
-                    first = first.filter(|first| first.order() <= hit.order()).or(Some(*hit));
-                    return false;
-                }
                 product.factor(passes::<R, K>(self, ray, hit).to_f64());
                 product.opaque && !want_distance
             },
             &mut (),
         );
-        let through = || if blocked { R::ZERO } else { R::from_f64(product.value()) };
-        Between { share: first.map_or_else(through, |hit| passes::<R, K>(self, ray, &hit)), distance: nearest }
+        let share = if blocked { R::ZERO } else { R::from_f64(product.value()) };
+        Between { share, distance: nearest }
     }
 }
 

@@ -44,9 +44,15 @@ impl<R: Real> Prepared<R> {
         at.outside || !self.objects[at.object as usize].culled
     }
 
-    /// A boundary of glass as a ray meets it, from direction and shading normal with all digits that are known: a normal that is the
-    /// geometric one from before it was stored.
+    /// A boundary of glass as a ray meets it, with all digits that are known.
+    #[inline(always)]
     pub(super) fn interface(&self, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, glass: &Glass<R>) -> Interface {
+        let [d, n] = self.exact_directions(leg, hit, at, at.side());
+        Interface::new(d, n, glass.eta(at.outside))
+    }
+
+    /// The ray's direction and the shading normal, turned by `side`: a normal that is the geometric one from before it was stored.
+    fn exact_directions(&self, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, side: R) -> [DVec3; 2] {
         let (n, out) = (at.normal, at.surface.normal);
         let known = || self.geometry.located(&leg.ray, hit).normal.to_f64();
         let n = if n == out {
@@ -56,7 +62,7 @@ impl<R: Real> Prepared<R> {
         } else {
             n.to_f64()
         };
-        Interface::new(leg.ray.direction.to_f64() + leg.rest.to_f64(), n * at.side().to_f64(), glass.eta(at.outside))
+        [leg.ray.direction.to_f64() + leg.rest.to_f64(), n * side.to_f64()]
     }
 }
 

@@ -60,7 +60,8 @@ impl<R: Real> Interaction<R> {
     /// Where a ray met what it hit.
     #[inline(always)]
     pub fn of<K: Kernel>(scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
-        let mut at = Self::smooth::<K>(scene, leg, hit);
+        let mut at = Self::begun(scene, leg, hit);
+        at.finish::<K>(scene, leg, hit);
         if K::PHYSICAL {
             at.perturb_where_bumpy(scene, leg, hit);
         }
@@ -78,13 +79,20 @@ impl<R: Real> Interaction<R> {
     /// The same before an image bends the normal.
     #[inline(always)]
     pub fn smooth<K: Kernel>(scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
-        let mut at = Self::NOWHERE;
-        at.begin(scene, leg, hit);
+        let mut at = Self::begun(scene, leg, hit);
         at.finish::<K>(scene, leg, hit);
         at
     }
 
-    /// What every hit has, still to be finished; in its place, field by field, since an interaction is long and is copied wherever it is handed on.
+    /// What every hit has, still to be finished.
+    #[inline(always)]
+    pub fn begun(scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
+        let mut at = Self::NOWHERE;
+        at.begin(scene, leg, hit);
+        at
+    }
+
+    /// The same in its place, field by field, since an interaction is long and is copied wherever it is handed on.
     #[inline(always)]
     pub fn begin(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
         let ray = &leg.ray;

@@ -143,8 +143,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             return PathStep::Ended;
         };
         // What `Interaction::of` does, in its place.
-        let mut at = Interaction::NOWHERE;
-        at.begin(self.scene, &path.leg, hit);
+        let mut at = Interaction::begun(self.scene, &path.leg, hit);
         at.finish::<K>(self.scene, &path.leg, hit);
         if K::PHYSICAL {
             at.perturb_where_bumpy(self.scene, &path.leg, hit);

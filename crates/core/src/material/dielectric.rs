@@ -165,3 +165,26 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         (direction, N::Vec3::select(through, self.transmitted, self.reflected) * self.share)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::fresnel;
+    use crate::material::dielectric as exact;
+
+    /// Protects: facets reflect by Fresnel's equations, from both sides, from head-on to grazing, at Brewster's angle and beyond the critical one;
+    /// and the cosine beyond is Snell's.
+    #[test]
+    fn facets_reflect_by_fresnels_equations() {
+        for eta in [1.0 / 2.42, 1.0 / 1.5, 1.0 / 1.33, 1.0, 1.33, 1.5, 2.42_f64] {
+            for cosine in [1.0, 0.9, 0.75, 0.6, 0.4, 0.2, 0.05, 1.0 / (1.0 + 1.0 / (eta * eta)).sqrt()] {
+                let sine2 = eta * eta * (1.0 - cosine * cosine);
+                let beyond = (sine2 < 1.0).then(|| (1.0 - sine2).sqrt());
+                let found = fresnel(cosine, eta);
+                let wanted = (exact(cosine, beyond, eta), beyond.unwrap_or(0.0));
+                assert!((found.0 - wanted.0).abs() < 1e-12, "{found:?}, not {wanted:?} at {cosine}, {eta}");
+                assert!((found.1 - wanted.1).abs() < 1e-12, "{found:?}, not {wanted:?} at {cosine}, {eta}");
+            }
+        }
+        assert!((fresnel::<f64>(1.0, 1.5).0 - 0.04).abs() < 1e-15);
+    }
+}

@@ -313,6 +313,14 @@ fn delta_lobes_are_kept_apart() {
     }
 }
 
+/// Protects: a lobe that reflects nothing sends nothing back, also between opposite directions, which have no half.
+#[test]
+fn nothing_is_sent_of_no_reflectance() {
+    let bsdf = Bsdf::<f64>::new(NORMAL).with(Lobe::Rough { f0: DVec3::ZERO, f90: DVec3::ZERO, roughness: 0.5 });
+    let wo = towards(NORMAL, 0.6, 1.0);
+    assert_eq!([bsdf.eval(wo, -wo), bsdf.eval(wo, towards(NORMAL, 0.3, 2.0))], [DVec3::ZERO; 2]);
+}
+
 /// Protects: a metal diffuses nothing and reflects its colour, a dielectric the other way round, and glass takes its share.
 #[test]
 fn lobes_of_the_metallic_roughness_model() {

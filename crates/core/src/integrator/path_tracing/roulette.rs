@@ -23,20 +23,16 @@ const fn first_segment(roulette: Roulette) -> u32 {
 }
 
 impl<R: Real> PathState<R> {
-    /// The greatest chance to go on at the vertex in the making; infinite where chance has no say.
+    /// The greatest chance to go on at the vertex in the making; none where chance has no say.
     #[inline(always)]
-    pub fn most_survival(&self, roulette: Roulette) -> R {
-        if self.traced < first_segment(roulette) {
-            R::INFINITY
-        } else if self.traced < ENDS_FROM {
-            R::ONE
-        } else {
-            R::from_f64(GOES_ON)
-        }
+    pub fn most_survival(&self, roulette: Roulette) -> Option<R> {
+        let most = if self.traced < ENDS_FROM { R::ONE } else { R::from_f64(GOES_ON) };
+        (self.traced >= first_segment(roulette)).then_some(most)
     }
 }
 
-/// What a path counts that goes on by a chance of at most so much, and whether it does. Without a branch, for several side by side.
+/// What a path counts that goes on by a chance of at most so much, and whether it does; chance has no say where that is infinite. Without a
+/// branch, for several side by side.
 #[inline(always)]
 pub(super) fn survive<R: Real>(throughput: R::Vec3, most: R, u_roulette: R) -> (R::Vec3, bool) {
     // Also ends what is no number.
