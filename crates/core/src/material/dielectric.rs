@@ -15,6 +15,8 @@ use crate::number::{Mask, Number, Vector3};
 pub struct Dielectric<N: Number> {
     /// Index on the side that the ray comes from over the one beyond; in f64, because refraction near the critical angle cancels.
     pub eta: N::Exact,
+    /// The same in the lanes' own digits, which do for facets.
+    pub facet_eta: N,
     /// Share of the surface that is such a boundary.
     pub share: N,
     /// Factor of what is reflected.
@@ -40,12 +42,6 @@ fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
 }
 
 impl<N: Number> Dielectric<N> {
-    /// The index in the lanes' own digits, which do for facets.
-    #[inline(always)]
-    fn eta(&self) -> N {
-        N::of_lanes(|lane| N::exact_lane(self.eta, lane))
-    }
-
     #[inline(always)]
     fn facets(&self, pair: &Pair<N>) -> Option<Ggx<N>> {
         self.roughness.map(|roughness| Ggx::isotropic(pair.normal, roughness))
@@ -55,7 +51,7 @@ impl<N: Number> Dielectric<N> {
     /// whether there is one.
     #[inline(always)]
     fn between(&self, pair: &Pair<N>) -> (N::Vec3, [N; 2], N::Mask) {
-        let along = pair.wo * self.eta() + pair.wi;
+        let along = pair.wo * self.facet_eta + pair.wi;
         let length = along.dot(along).sqrt();
         let facet = along / length;
         let facet = N::Vec3::select(pair.normal.dot(facet).above(N::ZERO), facet, -facet);
@@ -74,9 +70,9 @@ impl<N: Number> Dielectric<N> {
     /// let through.
     #[inline(always)]
     fn refracted_pdf(&self, pair: &Pair<N>, facets: &Ggx<N>, facet: N::Vec3, [out, into]: [N; 2]) -> N {
-        let (reflectance, _) = fresnel(out, self.eta());
+        let (reflectance, _) = fresnel(out, self.facet_eta);
         let seen = N::from_f64(2.0) * out / (pair.out + facets.root(pair.wo, pair.out));
-        let denominator = self.eta() * out + into;
+        let denominator = self.facet_eta * out + into;
         (N::ONE - reflectance) * (seen * -into / (facets.inverse_d(facet) * denominator * denominator))
     }
 }
@@ -101,7 +97,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
     #[inline(always)]
     fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
         let Some(facets) = self.facets(pair) else { return N::Vec3::ZERO };
-        let (reflectance, _) = fresnel(pair.tilt, self.eta());
+        let (reflectance, _) = fresnel(pair.tilt, self.facet_eta);
         let (value, _) = pair.reflected(self.reflected * (self.share * reflectance), &facets);
         N::Vec3::select(self.share.above(N::ZERO), value, N::Vec3::ZERO)
     }
@@ -109,7 +105,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
     #[inline(always)]
     fn pdf(&self, pair: &Pair<N>) -> N {
         let Some(facets) = self.facets(pair) else { return N::ZERO };
-        fresnel(pair.tilt, self.eta()).0 * facets.eval_and_pdf(pair).1
+        fresnel(pair.tilt, self.facet_eta).0 * facets.eval_and_pdf(pair).1
     }
 
     /// What facets let through.
@@ -135,7 +131,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
     #[inline(always)]
     fn sample(&self, frame: &Frame<N>, _: N::Vec3, wo: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
         let Some(roughness) = self.roughness else { return N::Vec3::ZERO };
-        let (eta, facet) = (self.eta(), sample_wm::<N>(wo, [alpha(roughness); 2], on_disk(point)));
+        let (eta, facet) = (self.facet_eta, sample_wm::<N>(wo, [alpha(roughness); 2], on_disk(point)));
         let cosine = wo.dot(facet);
         let (reflectance, beyond) = fresnel(cosine, eta);
         let mirrored = mirrored::<N>(wo, facet);

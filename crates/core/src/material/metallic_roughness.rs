@@ -43,7 +43,8 @@ impl<N: Number> Glass<N> {
     /// The boundary of such a share of a surface, smooth or of a roughness.
     #[inline(always)]
     pub fn boundary(&self, outside: N::Mask, share: N, roughness: Option<N>) -> Dielectric<N> {
-        Dielectric { eta: self.eta(outside), share, reflected: self.reflected, transmitted: self.transmitted, roughness }
+        let (eta, Self { reflected, transmitted, .. }) = (self.eta(outside), *self);
+        Dielectric { eta, facet_eta: N::of_lanes(|lane| N::exact_lane(eta, lane)), share, reflected, transmitted, roughness }
     }
 }
 

@@ -60,6 +60,7 @@ fn surfaces(wo: DVec3) -> Vec<(&'static str, Bsdf<f64>)> {
 fn frosted(eta: f64, roughness: f64) -> Bsdf<f64> {
     Bsdf::new(NORMAL).with(Lobe::Dielectric(Dielectric {
         eta,
+        facet_eta: eta,
         share: 1.0,
         reflected: WHITE,
         transmitted: WHITE,
@@ -233,8 +234,14 @@ fn white_metal_in_a_white_furnace() {
 #[test]
 fn no_lobe_makes_light() {
     const COUNT: u64 = 20_000;
-    let glass =
-        Lobe::Dielectric(Dielectric { eta: 1.0 / 1.5, share: 1.0, reflected: WHITE, transmitted: WHITE, roughness: None });
+    let glass = Lobe::Dielectric(Dielectric {
+        eta: 1.0 / 1.5,
+        facet_eta: 1.0 / 1.5,
+        share: 1.0,
+        reflected: WHITE,
+        transmitted: WHITE,
+        roughness: None,
+    });
     let mirror = Lobe::Mirror { f0: DVec3::splat(0.5), f90: WHITE };
     for height in HEIGHTS {
         let below = diffuse(0.5, 0.0, height);

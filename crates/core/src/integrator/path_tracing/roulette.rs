@@ -23,11 +23,16 @@ const fn first_segment(roulette: Roulette) -> u32 {
 }
 
 impl<R: Real> PathState<R> {
-    /// The greatest chance to go on at the vertex in the making; none where chance has no say.
+    /// The greatest chance to go on at the vertex in the making; infinite where chance has no say.
     #[inline(always)]
-    pub fn most_survival(&self, roulette: Roulette) -> Option<R> {
-        let most = if self.traced < ENDS_FROM { R::ONE } else { R::from_f64(GOES_ON) };
-        (self.traced >= first_segment(roulette)).then_some(most)
+    pub fn most_survival(&self, roulette: Roulette) -> R {
+        if self.traced < first_segment(roulette) {
+            R::INFINITY
+        } else if self.traced < ENDS_FROM {
+            R::ONE
+        } else {
+            R::from_f64(GOES_ON)
+        }
     }
 }
 

@@ -81,7 +81,7 @@ impl<R: Real> PathTracer<'_, R> {
         drawn: &BsdfSample<R>,
         onward: ScatteredRay<R>,
     ) -> bool {
-        let most = path.most_survival(self.scene.roulette).unwrap_or(R::INFINITY);
+        let most = path.most_survival(self.scene.roulette);
         let (throughput, goes_on) = survive(path.throughput * drawn.weight, most, R::from_f32(path.draws.scatter[3]));
         if !goes_on {
             return false;

@@ -124,16 +124,12 @@ impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
     #[inline(always)]
     fn leave(&self, answers: &Answers<R>, out: &mut ShadedLanes<R>) {
         let v = self.vertices;
-        let mut most = [R::INFINITY; LANES];
-        for (most, survival) in most.iter_mut().zip(&v.most_survival) {
-            *most = survival.unwrap_or(R::INFINITY);
-        }
-        for (lane, &most) in most.iter().enumerate() {
+        for lane in 0..LANES {
             let direction = vector::<R>(&answers.direction, lane);
             // A shading normal must not take a reflection below the surface.
             let below = vector::<R>(&v.geometric, lane).dot(direction) < R::ZERO;
             let throughput = vector::<R>(&v.throughput, lane) * vector::<R>(&answers.weight, lane);
-            let (throughput, goes_on) = survive(throughput, most, v.numbers[3][lane]);
+            let (throughput, goes_on) = survive(throughput, v.most_survival[lane], v.numbers[3][lane]);
             out.goes_on[lane] = answers.some[lane] & !below & goes_on;
             put::<R>(&mut out.throughput, lane, throughput);
             put::<R>(&mut out.origin, lane, v.surface.lane(lane).spawn(direction));

@@ -30,8 +30,8 @@ pub(super) struct VertexLanes<R: Real> {
     pub throughput: Vec3Column<R>,
     /// Numbers in [0, 1) for the lobe, the direction, and whether the path goes on.
     pub numbers: [Column<R>; 4],
-    /// The greatest chance of a path to go on, of one that chance may end.
-    pub most_survival: Column<Option<R>>,
+    /// The greatest chance of a path to go on; infinite of one that chance may not end.
+    pub most_survival: Column<R>,
     /// What the light that is asked asks of the surface.
     pub strategy: Column<MisStrategy>,
 }
@@ -51,7 +51,7 @@ impl<R: Real> VertexLanes<R> {
             gain: none[0],
             throughput: none,
             numbers: [none[0]; 4],
-            most_survival: [None; LANES],
+            most_survival: none[0],
             strategy: [MisStrategy::Value; LANES],
         }
     }
