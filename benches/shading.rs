@@ -11,7 +11,7 @@ use std::cell::RefCell;
 use std::hint::black_box;
 
 use glam::DVec3;
-use raywright::core::material::{Frame, MetallicRoughness, Sampled};
+use raywright::core::material::{BsdfSample, Frame, MetallicRoughness};
 use raywright::core::number::{Lanes, Number, Vector3};
 
 use turns::{Contestant, interleaved, measuring};
@@ -70,15 +70,15 @@ fn met<N: Number>() -> Vec<Met<N>> {
 }
 
 fn eval<N: Number>(met: &Met<N>) -> N::Vec3 {
-    met.model.answer(met.frame.normal, met.wo).eval(met.wo, met.wi)
+    met.model.local_bsdf(met.frame.normal, met.wo).eval(met.wo, met.wi)
 }
 
 fn pdf<N: Number>(met: &Met<N>) -> N {
-    met.model.answer(met.frame.normal, met.wo).pdf(met.wo, met.wi)
+    met.model.local_bsdf(met.frame.normal, met.wo).pdf(met.wo, met.wi)
 }
 
-fn sample<N: Number>(met: &Met<N>) -> Sampled<N> {
-    met.model.answer(met.frame.normal, met.wo).sample(&met.frame, met.wo, met.drawn)
+fn sample<N: Number>(met: &Met<N>) -> BsdfSample<N> {
+    met.model.local_bsdf(met.frame.normal, met.wo).sample(&met.frame, met.wo, met.drawn)
 }
 
 /// Work that writes what a function makes of all paths.

@@ -10,13 +10,13 @@ use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 /// One of all the objects of a scene: a listed one, or one that a generator moves to a place. A million of them are a million
 /// offsets, and not a million copies of a name, a material's name and a shape.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shown<'a> {
+pub(crate) struct PlacedObject<'a> {
     pub object: &'a Object,
     /// Where a generator puts it; none for a listed one.
     pub place: Option<DVec3>,
 }
 
-impl Shown<'_> {
+impl PlacedObject<'_> {
     /// From the object's own space to the world. Its own transform comes first.
     pub fn map(&self) -> DAffine3 {
         let own = affine(&self.object.transform);
@@ -34,12 +34,11 @@ impl Shown<'_> {
 }
 
 /// The scene's objects with the generated ones after them.
-pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = Shown<'_>> {
-    let listed = scene.objects.iter().map(|object| Shown { object, place: None });
-    let made = scene
-        .generators
-        .iter()
-        .flat_map(|generator| places(&generator.kind).map(|place| Shown { object: &generator.object, place: Some(place) }));
+pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
+    let listed = scene.objects.iter().map(|object| PlacedObject { object, place: None });
+    let made = scene.generators.iter().flat_map(|generator| {
+        places(&generator.kind).map(|place| PlacedObject { object: &generator.object, place: Some(place) })
+    });
     listed.chain(made)
 }
 

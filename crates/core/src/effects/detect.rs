@@ -1,23 +1,28 @@
 //! From what a scene has and the settings to what is found of every effect.
 
-use super::facts::{Facts, Layers};
+mod list;
+mod transport;
+
+use self::list::FindingList;
+use self::transport::{what_needs_a_path_tracer, what_paths_find};
+use super::facts::{LayerFacts, SceneFacts};
 use super::kind::LAYER_EFFECTS;
 use super::{Effect, Finding, Status};
 use crate::scene::Integrator;
-use crate::settings::{Sampling, Settings};
+use crate::settings::Settings;
 
 /// The integrator that a scene calls for. One that says nothing has Whitted's, whose pictures take no chance and so no more samples than
 /// edges need, where it leaves nothing out that paths find: of classic materials. Physical ones light each other.
-pub(super) fn called_for(facts: &Facts) -> Integrator {
-    let mut lacks = List::default();
+pub(super) fn called_for(facts: &SceneFacts) -> Integrator {
+    let mut lacks = FindingList::default();
     what_needs_a_path_tracer(&mut lacks, facts);
     let lacks = lacks.0.iter().any(|finding| finding.status == Status::LeftOut) || facts.layers.calls_for_paths();
     if lacks { Integrator::Path } else { Integrator::Whitted }
 }
 
 /// What a scene calls for, in the order of [`Effect::ALL`].
-pub(super) fn found(facts: &Facts, settings: &Settings, paths: bool) -> Vec<Finding> {
-    let mut list = List::default();
+pub(super) fn found(facts: &SceneFacts, settings: &Settings, paths: bool) -> Vec<Finding> {
+    let mut list = FindingList::default();
     light_at_a_surface(&mut list, facts, paths);
     further_segments(&mut list, facts, settings, paths);
     looks_of_surfaces(&mut list, facts);
@@ -38,7 +43,7 @@ pub(super) fn found(facts: &Facts, settings: &Settings, paths: bool) -> Vec<Find
 }
 
 /// What light does where it first meets a surface.
-fn light_at_a_surface(list: &mut List, f: &Facts, paths: bool) {
+fn light_at_a_surface(list: &mut FindingList, f: &SceneFacts, paths: bool) {
     let absent = "no surface has an ambient term";
     if paths {
         list.missing(Effect::AmbientLight, &f.ambient, "a constant light that comes from nowhere goes no way", absent, LOOKS);
@@ -78,7 +83,7 @@ fn light_at_a_surface(list: &mut List, f: &Facts, paths: bool) {
 }
 
 /// What takes a path beyond its first hit.
-fn further_segments(list: &mut List, f: &Facts, settings: &Settings, paths: bool) {
+fn further_segments(list: &mut FindingList, f: &SceneFacts, settings: &Settings, paths: bool) {
     // A smooth coat mirrors, and what is diffused to the other side goes through: for paths alone.
     let further = |own: &Option<String>, layer: Effect| own.clone().or_else(|| f.layers.source(layer).filter(|_| paths));
     let mirrors = further(&f.reflection, Effect::Clearcoat);
@@ -95,7 +100,7 @@ fn further_segments(list: &mut List, f: &Facts, settings: &Settings, paths: bool
 }
 
 /// What tells one place of a surface from another.
-fn looks_of_surfaces(list: &mut List, f: &Facts) {
+fn looks_of_surfaces(list: &mut FindingList, f: &SceneFacts) {
     list.plain(
         Effect::PhysicalMaterials,
         &f.physical,
@@ -137,7 +142,7 @@ fn looks_of_surfaces(list: &mut List, f: &Facts) {
 }
 
 /// What can be hit, and what is seen and gives light where nothing is.
-fn geometry_and_sky(list: &mut List, f: &Facts) {
+fn geometry_and_sky(list: &mut FindingList, f: &SceneFacts) {
     list.plain(Effect::TriangleMeshes, &f.mesh, "an object shows a mesh", "no object shows a mesh");
     list.plain(
         Effect::Instances,
@@ -151,7 +156,7 @@ fn geometry_and_sky(list: &mut List, f: &Facts) {
 }
 
 /// The sky, as surfaces receive it.
-fn sky_light(list: &mut List, f: &Facts, paths: bool) {
+fn sky_light(list: &mut FindingList, f: &SceneFacts, paths: bool) {
     if paths {
         let receiver = f.lit.as_ref().or(f.highlight.as_ref());
         let source = receiver.and(f.sky.clone());
@@ -172,7 +177,7 @@ fn sky_light(list: &mut List, f: &Facts, paths: bool) {
 }
 
 /// Surfaces that give off light, as others receive it.
-fn emissive_surfaces(list: &mut List, f: &Facts, paths: bool) {
+fn emissive_surfaces(list: &mut FindingList, f: &SceneFacts, paths: bool) {
     let answers = if paths { f.lit.as_ref().or(f.highlight.as_ref()) } else { f.lit.as_ref() };
     let receiver = |source: &Option<String>| answers.and(source.clone());
     list.plain(
@@ -195,52 +200,8 @@ fn emissive_surfaces(list: &mut List, f: &Facts, paths: bool) {
 /// What to do about what is a look and no light.
 const LOOKS: &str = "--integrator whitted";
 
-/// What Whitted ray tracing does not solve, and paths find.
-fn what_paths_find(list: &mut List, f: &Facts) {
-    list.plain(Effect::IndirectLight, &f.lit, "surfaces light each other", "no surface diffuses light");
-    list.plain(
-        Effect::GlossyReflection,
-        &f.rough_reflection.clone().or(f.highlight.clone()),
-        "a rough surface blurs what it reflects",
-        "no rough surface reflects",
-    );
-    list.plain(
-        Effect::RoughRefraction,
-        &f.rough_refraction,
-        "a rough surface blurs what it transmits",
-        "no rough surface transmits",
-    );
-    list.plain(
-        Effect::GroundShadow,
-        &f.ground,
-        "the studio's backdrop is dimmed by what the scene takes of the light on its ground",
-        NO_GROUND,
-    );
-    list.plain(Effect::MixedScattering, &f.mixture, "a surface sends each ray one of three ways by chance", NOT_MIXED);
-    list.plain(Effect::Absorption, &f.absorption, "light is absorbed on its way through a body", NOT_ABSORBED);
-    list.plain(
-        Effect::NestedMedia,
-        &f.nested,
-        "where bodies overlap, light is in the one of the greatest priority, and bends from one straight into another",
-        NOT_NESTED,
-    );
-    let caustics = f.lit.as_ref().and(f.refraction.as_ref().or(f.reflection.as_ref())).cloned();
-    let absent = "no mirror or glass sends light onto a matte surface";
-    if f.light.is_some() {
-        list.missing(
-            Effect::Caustics,
-            &caustics,
-            "no path meets a light without size, so its way over mirrors or through glass to matte surfaces is not found",
-            absent,
-            "give the light a size: an emissive ball, say",
-        );
-    } else {
-        list.plain(Effect::Caustics, &caustics, "light reaches matte surfaces over mirrors or through glass", absent);
-    }
-}
-
 /// What lies over, under and in surfaces.
-fn layers(list: &mut List, f: &Layers, paths: bool) {
+fn layers(list: &mut FindingList, f: &LayerFacts, paths: bool) {
     for row in LAYER_EFFECTS {
         let source = f.source(row.effect);
         match row.whitted {
@@ -252,7 +213,7 @@ fn layers(list: &mut List, f: &Layers, paths: bool) {
 }
 
 /// What imported files say that scenes have no words for.
-fn what_files_say_more(list: &mut List, f: &Facts) {
+fn what_files_say_more(list: &mut FindingList, f: &SceneFacts) {
     list.missing(
         Effect::MaterialExtensions,
         &f.unread,
@@ -260,119 +221,4 @@ fn what_files_say_more(list: &mut List, f: &Facts) {
         "the file says nothing of materials beyond what is shown",
         "what else these materials say is shown; nothing in this version does the rest",
     );
-}
-
-/// What Whitted ray tracing does not solve.
-fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
-    let path = "--integrator path";
-    list.missing(
-        Effect::IndirectLight,
-        &f.diffuse_physical,
-        "physical surfaces light each other",
-        "no physical surface diffuses light",
-        path,
-    );
-    list.missing(
-        Effect::GlossyReflection,
-        &f.rough_reflection,
-        "a rough surface blurs what it reflects; only lights and the sky's average are reflected in it",
-        "no rough surface reflects",
-        path,
-    );
-    list.missing(
-        Effect::RoughRefraction,
-        &f.rough_refraction,
-        "a rough surface blurs what it transmits; it is shown as a clear one",
-        "no rough surface transmits",
-        path,
-    );
-    list.missing(Effect::GroundShadow, &f.ground, "the studio's backdrop shows no shadows", NO_GROUND, path);
-    list.missing(Effect::MixedScattering, &f.mixture, "its other terms stand for a surface's mixture", NOT_MIXED, path);
-    list.missing(Effect::Absorption, &f.absorption, "bodies that absorb light are shown clear", NOT_ABSORBED, path);
-    list.missing(Effect::NestedMedia, &f.nested, "each boundary bends light as from and into air", NOT_NESTED, path);
-    let caustics = f.diffuse_physical.as_ref().and(f.refraction.as_ref().or(f.reflection.as_ref())).cloned();
-    list.missing(
-        Effect::Caustics,
-        &caustics,
-        "light reaches matte surfaces over mirrors or through glass",
-        "no mirror or glass sends light onto a matte surface",
-        path,
-    );
-}
-
-/// Why no shadow lies on a ground.
-const NO_GROUND: &str = "no studio has a ground";
-
-/// Why there is no mixed scattering.
-const NOT_MIXED: &str = "every surface answers by its terms";
-
-/// Why there is no absorption.
-const NOT_ABSORBED: &str = "nothing absorbs light on its way";
-
-/// Why there are no nested media.
-const NOT_NESTED: &str = "no body of glass has a priority";
-
-/// Why there is no motion.
-const NOTHING_MOVES: &str = "nothing moves while the shutter is open";
-
-#[derive(Default)]
-struct List(Vec<Finding>);
-
-impl List {
-    fn push(&mut self, effect: Effect, status: Status, because: &str, source: Option<String>, hint: Option<String>) {
-        self.0.push(Finding { effect, status, because: because.to_owned(), source, hint });
-    }
-
-    /// Simulated wherever it is present.
-    fn plain(&mut self, effect: Effect, source: &Option<String>, present: &str, absent: &str) {
-        match source {
-            Some(_) => self.push(effect, Status::Simulated, present, source.clone(), None),
-            None => self.push(effect, Status::Absent, absent, None, None),
-        }
-    }
-
-    /// Needs a second segment.
-    fn traced(&mut self, effect: Effect, source: &Option<String>, settings: &Settings, present: &str, absent: &str) {
-        match source {
-            Some(_) if settings.max_depth < 2 => {
-                let because = "every path ends at its first hit (maximum depth 1)";
-                self.push(effect, Status::LeftOut, because, source.clone(), Some("--max-depth 2 or more".to_owned()));
-            }
-            _ => self.plain(effect, source, present, absent),
-        }
-    }
-
-    /// A lens needs samples on it.
-    fn lens(&mut self, source: &Option<String>, settings: &Settings) {
-        match (source, settings.sampling) {
-            (Some(_), Sampling::Pattern(_)) => {
-                let because = "a fixed pattern sends every ray through the middle of the lens";
-                self.push(Effect::DepthOfField, Status::LeftOut, because, source.clone(), Some("--spp 64, say".to_owned()));
-            }
-            _ => self.plain(Effect::DepthOfField, source, "the camera has an aperture", "the camera is a pinhole"),
-        }
-    }
-
-    /// Motion needs samples at different times.
-    fn motion(&mut self, f: &Facts, settings: &Settings) {
-        let (because, hint) = match settings.sampling {
-            _ if f.motion.is_none() || f.instant => return self.plain(Effect::Motion, &None, "", NOTHING_MOVES),
-            _ if f.exposure.is_none() => {
-                ("the camera has no shutter, so everything is seen at time 0", "give it `shutter = [0, 1]`")
-            }
-            Sampling::Pattern(_) => ("a fixed pattern asks at one time, when the shutter opens", "--spp 64, say"),
-            Sampling::General(_) => {
-                return self.plain(Effect::Motion, &f.motion, "something moves while the shutter is open", NOTHING_MOVES);
-            }
-        };
-        self.push(Effect::Motion, Status::LeftOut, because, f.motion.clone(), Some(hint.to_owned()));
-    }
-
-    /// Never simulated by this integrator.
-    fn missing(&mut self, effect: Effect, source: &Option<String>, present: &str, absent: &str, hint: &str) {
-        match source {
-            Some(_) => self.push(effect, Status::LeftOut, present, source.clone(), Some(hint.to_owned())),
-            None => self.push(effect, Status::Absent, absent, None, None),
-        }
-    }
 }

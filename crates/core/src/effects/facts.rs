@@ -18,7 +18,7 @@ type Source = Option<String>;
 pub(crate) const MIRROR_ROUGHNESS: f64 = 0.05;
 
 #[derive(Clone, Debug, Default)]
-pub(super) struct Facts {
+pub(super) struct SceneFacts {
     pub ambient: Source,
     pub lit: Source,
     pub light: Source,
@@ -38,7 +38,7 @@ pub(super) struct Facts {
     pub rough_reflection: Source,
     pub rough_refraction: Source,
     /// What lies over, under and in surfaces.
-    pub layers: Layers,
+    pub layers: LayerFacts,
     /// Physical surfaces that light reaches.
     pub lit_physical: Source,
     pub diffuse_physical: Source,
@@ -77,9 +77,9 @@ pub(super) struct Facts {
 
 /// Which effects of layers a scene calls for, with the path of the first place that does.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Layers(BTreeMap<Effect, String>);
+pub(super) struct LayerFacts(BTreeMap<Effect, String>);
 
-impl Layers {
+impl LayerFacts {
     /// Adds those of a material, of which some may be no metal, and some of that clear.
     pub fn gather(&mut self, m: &Physical, parts: [bool; 2], at: &dyn Fn(&str) -> String) {
         for row in LAYER_EFFECTS.iter().filter(|row| (row.has)(m, parts)) {
@@ -110,7 +110,7 @@ thread_local! {
     pub(super) static WALKS: core::cell::Cell<u32> = const { core::cell::Cell::new(0) };
 }
 
-impl Facts {
+impl SceneFacts {
     /// Asks everything of a scene seen by a camera.
     pub fn gather(scene: &Scene, camera: Option<&Camera>) -> Self {
         #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::facts::Facts;
+use super::facts::SceneFacts;
 use crate::extent::extent;
 use crate::lookup::Lookup;
 use crate::scene::{Colour, Falloff, Light, LightKind, Scene, Sky};
@@ -14,7 +14,7 @@ pub fn neutral_sky() -> Sky {
 
 /// Whether anything in a scene gives light: without, a picture of it is black, and a neutral sky is what a user wants.
 pub fn has_light(scene: &Scene) -> bool {
-    let facts = Facts::gather(scene, None);
+    let facts = SceneFacts::gather(scene, None);
     [facts.sky, facts.light, facts.ambient, facts.emission, facts.unlit].iter().any(Option::is_some)
 }
 

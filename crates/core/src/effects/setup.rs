@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::detect::{called_for, found};
-use super::facts::Facts;
+use super::facts::SceneFacts;
 use super::switch::switched_off;
 use super::{EffectReport, EffectSet, Finding, Status};
 use crate::scene::{Integrator, Scene};
@@ -23,7 +23,7 @@ pub(crate) struct RenderSetup<'a> {
 impl<'a> RenderSetup<'a> {
     /// What these settings make of a scene.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
-        let (facts, asked) = (Facts::gather(scene, settings.camera.as_ref()), settings.integrator);
+        let (facts, asked) = (SceneFacts::gather(scene, settings.camera.as_ref()), settings.integrator);
         let integrator = if asked == Integrator::Auto { called_for(&facts) } else { asked };
         let paths = integrator == Integrator::Path;
         let mut settings = Settings { integrator, ..settings.clone() };
@@ -32,7 +32,7 @@ impl<'a> RenderSetup<'a> {
         if !settings.without.is_empty() {
             let (scene, camera) = switched_off(scene, &settings.camera, settings.without);
             settings.camera = camera;
-            let remaining = found(&Facts::gather(&scene, settings.camera.as_ref()), &settings, paths);
+            let remaining = found(&SceneFacts::gather(&scene, settings.camera.as_ref()), &settings, paths);
             for (finding, left) in findings.iter_mut().zip(remaining) {
                 switch_off(finding, left.status, settings.without);
             }
@@ -57,7 +57,7 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
 /// The integrator that runs.
 pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
-        Integrator::Auto => called_for(&Facts::gather(scene, None)),
+        Integrator::Auto => called_for(&SceneFacts::gather(scene, None)),
         asked => asked,
     }
 }

@@ -4,35 +4,30 @@ use raywright_bvh::{Hit, Real, Vector};
 
 use super::Leg;
 use crate::interaction::Interaction;
-use crate::material::Bent;
+use crate::material::NormalMap;
 use crate::prepare::{Material, Prepared};
 use crate::texture::Bump;
 
 impl<R: Real> Interaction<R> {
     /// Bends the shading normal by the material's image. Out of line, so that surfaces without one have only the question.
     #[inline(never)]
-    pub(super) fn bend(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
+    pub(super) fn perturb_normal(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
         let Material::Physical(material) = &scene.materials[self.material as usize] else { return };
         if let Some(bump) = &material.bump {
-            self.normal = self.bent(bump, scene, leg, hit);
+            self.normal = self.normal_map(bump, scene, leg, hit).perturbed_normal();
         }
-    }
-
-    /// The shading normal as an image bends it.
-    pub(super) fn bent(&self, bump: &Bump<R>, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> R::Vec3 {
-        self.bending(bump, scene, leg, hit).bent()
     }
 
     /// What an image says of the shading normal.
     #[inline(always)]
-    pub(super) fn bending(&self, bump: &Bump<R>, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Bent<R> {
+    pub(super) fn normal_map(&self, bump: &Bump<R>, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> NormalMap<R> {
         let code = bump.image.colour(&scene.sources.at(self));
         let [x, y, z] = [code.x(), code.y(), code.z()].map(|c| c + c - R::ONE);
         // The image stands for a surface that rises and falls; from behind, its rises are hollows.
         let behind = self.normal.dot(self.surface.normal) < R::ZERO;
         let scale = if behind { -bump.scale } else { bump.scale };
         let (along, mirrored) = self.along(scene, leg, hit);
-        Bent {
+        NormalMap {
             normal: self.normal,
             along,
             mirrored,

@@ -49,16 +49,11 @@ impl FirstHit {
 }
 
 /// The hits of some camera rays that were intersected together.
+#[derive(Default)]
 pub(super) struct FirstHits<R: Real> {
     directions: Vec<R::Vec3>,
     hits: Vec<Option<Hit<R>>>,
     backoff: PacketBackoff,
-}
-
-impl<R: Real> Default for FirstHits<R> {
-    fn default() -> Self {
-        Self { directions: Vec::new(), hits: Vec::new(), backoff: PacketBackoff::default() }
-    }
 }
 
 impl<R: Real> FirstHits<R> {

@@ -50,18 +50,12 @@ pub(crate) struct CameraRays<'a, R: Real> {
 }
 
 /// What camera rays brought, in their order.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct PathResults<R: Real> {
     pub paths: Vec<PathResult<R>>,
     /// What each ray hit first, none for the sky, and what it saw without light from elsewhere; empty where layers ask for neither.
     pub first_hits: Vec<Option<FirstHit>>,
     pub direct: Vec<R::Vec3>,
-}
-
-impl<R: Real> Default for PathResults<R> {
-    fn default() -> Self {
-        Self { paths: Vec::new(), first_hits: Vec::new(), direct: Vec::new() }
-    }
 }
 
 impl<R: Real> PathResults<R> {

@@ -14,6 +14,7 @@ mod mixture;
 mod nested;
 mod respond;
 mod rough;
+mod roulette;
 mod scatter;
 mod shade;
 mod straight;
@@ -34,7 +35,7 @@ use crate::light::{LightId, LightUsage, Seen};
 use crate::observer::Observer;
 use crate::prepare::{Alpha, Material, Prepared};
 use crate::sampler::{Address, Purpose, Way, pair};
-use crate::settings::{LightSampling, Roulette};
+use crate::settings::LightSampling;
 
 /// As many paths as go side by side: what there is of them stays in a core's own cache.
 const PATHS: usize = 256;
@@ -98,26 +99,9 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
     }
 }
 
-/// From so many segments on a path ends by chance however bright it is, so that one in a white room, of which nothing is ever lost, has an end
-/// too: twenty more on average. Paths that are limited end before.
-const ENDS_FROM: u32 = 64;
-
-/// Segments that every path may have before chance decides whether it goes on. Before the fourth, chance costs more noise than it saves
-/// time in most scenes.
-const fn roulette_from(roulette: Roulette) -> u32 {
-    match roulette {
-        Roulette::Early => 1,
-        Roulette::Late => 4,
-        Roulette::Off => ENDS_FROM,
-    }
-}
-
 /// Density of a direction, over solid angle, from which on a lobe counts as a mirror: it is seven times narrower than the sun's disc, which has
 /// a 14,700th of a unit, so that of directions drawn towards a light hardly any has a share in what the lobe finds.
 const NARROW: f64 = 1e5;
-
-/// Chance to go on from there.
-const GOES_ON: f64 = 0.95;
 
 /// Where a path is: all that its next segment depends on.
 #[derive(Clone, Copy, Debug)]
@@ -131,7 +115,7 @@ struct PathState<R: Real> {
     /// The vertex in the making, for random numbers.
     address: Address,
     way: Way,
-    draws: Draws,
+    draws: VertexSamples,
     /// Segments traced so far.
     traced: u32,
     /// Surfaces that it passed through because they are absent there.
@@ -150,7 +134,7 @@ struct PathState<R: Real> {
 
 /// Numbers in [0, 1) that nearly every vertex asks for.
 #[derive(Clone, Copy, Debug, Default)]
-struct Draws {
+struct VertexSamples {
     /// Which light it asks, and where on it.
     light: [f32; 4],
     /// Which way the path goes on, by the lobe and a direction of it, and whether.
@@ -189,7 +173,7 @@ impl<R: Real> PathTracer<'_, R> {
             radiance: Vector::ZERO,
             address,
             way: address.way(),
-            draws: Draws::default(),
+            draws: VertexSamples::default(),
             traced: 0,
             cutouts: 0,
             hit: false,
@@ -203,7 +187,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// What one more segment makes of a path that has met something. Whether it has another ray to be traced.
     #[inline(always)]
     fn met(&mut self, path: &mut PathState<R>, hit: &Hit<R>, at: &mut Interaction<R>) -> bool {
-        at.bend_where_bumpy(self.scene, &path.leg, hit);
+        at.perturb_where_bumpy(self.scene, &path.leg, hit);
         self.pass_media(path, at);
         self.keep_first(path, hit);
         if let Material::Physical(m) = &self.scene.materials[at.material as usize]

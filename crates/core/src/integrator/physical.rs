@@ -3,7 +3,7 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::material::{Glass, MetallicRoughness};
-use crate::prepare::{Alpha, Boundary, Index, Passage, Physical};
+use crate::prepare::{Alpha, Boundary, Index, Passage, PhysicalInputs};
 use crate::scene::Physical as PhysicalData;
 use crate::texture::Here;
 
@@ -15,7 +15,7 @@ impl<R: Real> Passage<R> {
     }
 }
 
-impl<R: Real> Physical<R> {
+impl<R: Real> PhysicalInputs<R> {
     /// Base colour at a point.
     #[inline]
     pub fn base_at(&self, here: &Here<'_, R>) -> R::Vec3 {

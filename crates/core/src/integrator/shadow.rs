@@ -90,7 +90,7 @@ impl<R: Real> Prepared<R> {
             let share = first.map_or(R::ONE, |hit| passes::<R, K>(self, ray, &hit));
             return Between { share, distance: nearest };
         }
-        let mut product = Product::default();
+        let mut product = Transmittance::default();
         let blocked = self.geometry.any(
             ray,
             range,
@@ -112,7 +112,7 @@ impl<R: Real> Prepared<R> {
 /// A product of factors in 0..1 whose bits do not depend on their order, because occluders are met in the order of the
 /// accelerator: beyond the first factor, logarithms are summed as integers.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Product {
+pub(super) struct Transmittance {
     pub opaque: bool,
     only: Option<f64>,
     /// Sum of the logarithms, in units of 2⁻⁴⁰.
@@ -120,7 +120,7 @@ pub(super) struct Product {
     count: u32,
 }
 
-impl Product {
+impl Transmittance {
     const UNIT: f64 = (1_u64 << 40) as f64;
 
     pub fn factor(&mut self, share: f64) {
@@ -160,10 +160,10 @@ fn passes<R: Real, K: Kernel>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -
 
 #[cfg(test)]
 mod tests {
-    use super::Product;
+    use super::Transmittance;
 
     fn product(factors: &[f64]) -> f64 {
-        let mut product = Product::default();
+        let mut product = Transmittance::default();
         factors.iter().for_each(|&f| product.factor(f));
         product.value()
     }

@@ -5,6 +5,7 @@ use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::Leg;
 use crate::interaction::Interaction;
+use crate::material::{Glass, Interface};
 use crate::prepare::{Prepared, Spawn};
 
 /// Distances from which on hits count.
@@ -43,9 +44,15 @@ impl<R: Real> Prepared<R> {
         at.outside || !self.objects[at.object as usize].culled
     }
 
-    /// The ray's direction and the shading normal, turned by `side`, with all digits that are known: a normal that is the
-    /// geometric one from before it was stored.
-    pub(super) fn exact_directions(&self, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, side: R) -> [DVec3; 2] {
+    /// A boundary of glass as a ray meets it, with all digits that are known.
+    #[inline(always)]
+    pub(super) fn interface(&self, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, glass: &Glass<R>) -> Interface {
+        let [d, n] = self.exact_directions(leg, hit, at, at.side());
+        Interface::new(d, n, glass.eta(at.outside))
+    }
+
+    /// The ray's direction and the shading normal, turned by `side`: a normal that is the geometric one from before it was stored.
+    fn exact_directions(&self, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, side: R) -> [DVec3; 2] {
         let (n, out) = (at.normal, at.surface.normal);
         let known = || self.geometry.located(&leg.ray, hit).normal.to_f64();
         let n = if n == out {
@@ -56,5 +63,26 @@ impl<R: Real> Prepared<R> {
             n.to_f64()
         };
         [leg.ray.direction.to_f64() + leg.rest.to_f64(), n * side.to_f64()]
+    }
+}
+
+/// A direction as it is stored, and what storing takes from it.
+#[inline(always)]
+pub(super) fn stored<R: Real>(exact: DVec3) -> (R::Vec3, R::Vec3) {
+    let stored = R::Vec3::from_f64(exact);
+    (stored, R::Vec3::from_f64(exact - stored.to_f64()))
+}
+
+impl<R: Real> Interaction<R> {
+    /// The shading normal's factor by which it is on the side that the ray came from, also where the object's points outwards always.
+    #[inline(always)]
+    pub(super) fn side(&self) -> R {
+        if self.direction.dot(self.normal) > R::ZERO { -R::ONE } else { R::ONE }
+    }
+
+    /// The shading normal on that side.
+    #[inline(always)]
+    pub(super) fn facing_normal(&self) -> R::Vec3 {
+        self.normal * self.side()
     }
 }

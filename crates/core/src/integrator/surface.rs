@@ -63,16 +63,16 @@ impl<R: Real> Interaction<R> {
         let mut at = Self::begun(scene, leg, hit);
         at.finish::<K>(scene, leg, hit);
         if K::PHYSICAL {
-            at.bend_where_bumpy(scene, leg, hit);
+            at.perturb_where_bumpy(scene, leg, hit);
         }
         at
     }
 
     /// Bends the normal where an image of the material does.
     #[inline(always)]
-    pub fn bend_where_bumpy(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
+    pub fn perturb_where_bumpy(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
         if scene.objects[self.object as usize].bumpy {
-            self.bend(scene, leg, hit);
+            self.perturb_normal(scene, leg, hit);
         }
     }
 

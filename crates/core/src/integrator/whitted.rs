@@ -10,7 +10,7 @@ use core::marker::PhantomData;
 
 use raywright_bvh::{Hit, Interval, Query, Ray, Real, Vector};
 
-use self::state::{ScatteredRays, Step, WhittedState};
+use self::state::{PathStep, ScatteredRays, WhittedState};
 use super::shadow::Between;
 use super::spawn::LeastDistances;
 use super::{CameraRays, FirstHit, FirstHits, Kernel, Leg, LightTransport, PACKET, PathResult, PathResults};
@@ -130,7 +130,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
 
     /// What one more segment makes of a path: it has met this, or nothing.
     #[inline(always)]
-    fn advance(&mut self, path: &mut WhittedState<R>, hit: Option<&Hit<R>>) -> Step<R> {
+    fn advance(&mut self, path: &mut WhittedState<R>, hit: Option<&Hit<R>>) -> PathStep<R> {
         let Some(hit) = hit else {
             let backdrop = if path.camera { self.scene.backdrop } else { None };
             let direction = path.leg.ray.direction;
@@ -140,13 +140,13 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             };
             path.radiance += path.throughput * seen;
             self.see(path.camera, path.throughput * seen);
-            return Step::Ended;
+            return PathStep::Ended;
         };
         // What `Interaction::of` does, in its place.
         let mut at = Interaction::begun(self.scene, &path.leg, hit);
         at.finish::<K>(self.scene, &path.leg, hit);
         if K::PHYSICAL {
-            at.bend_where_bumpy(self.scene, &path.leg, hit);
+            at.perturb_where_bumpy(self.scene, &path.leg, hit);
         }
         if path.camera && self.keeps_first && self.first.is_none() {
             self.first = Some(FirstHit::new::<R, K>(self.scene, &path.leg, hit));
@@ -184,9 +184,9 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
                 }),
             };
             match self.advance(path, hit.as_ref()) {
-                Step::Onward => {}
-                Step::Aside(aside) => self.wait(path, aside),
-                Step::Ended => path.segments = 0,
+                PathStep::Onward => {}
+                PathStep::Aside(aside) => self.wait(path, aside),
+                PathStep::Ended => path.segments = 0,
             }
         }
     }

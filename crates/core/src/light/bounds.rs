@@ -8,7 +8,7 @@ use raywright_bvh::Aabb;
 
 /// A box around a light and a cone around the directions into which it shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
+pub struct LightBounds {
     /// Around its points.
     pub space: Aabb,
     /// The middle of its normals; of unit length.
@@ -19,7 +19,7 @@ pub struct Bounds {
     pub emission: f64,
 }
 
-impl Bounds {
+impl LightBounds {
     /// A surface whose normals are unknown.
     pub fn round(space: Aabb) -> Self {
         Self { space, axis: DVec3::Y, normals: PI, emission: 0.5 * PI }

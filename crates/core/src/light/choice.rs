@@ -4,23 +4,23 @@
 use raywright_bvh::{Real, Vector};
 
 use super::cdf::{pick, push_shares, share};
-use super::tree::{Leaf, Receiver, Tree};
+use super::tree::{Leaf, LightTree, Receiver};
 use super::{LightId, Lights};
 
 /// Draws a light as a point of a surface is lit by it.
 #[derive(Clone, Debug, Default)]
-pub struct Choice {
+pub struct LightChoice {
     /// Lights that are infinitely far, and the running sum of their shares.
     far: Vec<LightId>,
     far_shares: Vec<f64>,
     /// How often one of those is drawn: always, never, or half the time where there are others too.
     far_share: f64,
-    tree: Tree,
-    /// Leaves of the tree by emitter; [`Tree::NONE`] for one that sends nothing.
+    tree: LightTree,
+    /// Leaves of the tree by emitter; [`LightTree::NONE`] for one that sends nothing.
     leaves: Vec<u32>,
 }
 
-impl Choice {
+impl LightChoice {
     /// Among all lights that have power.
     pub(super) fn new<R: Real>(lights: &Lights<R>) -> Self {
         let (mut far, mut powers, mut near) = (Vec::new(), Vec::new(), Vec::new());
@@ -48,8 +48,8 @@ impl Choice {
             (false, true) => 1.0,
             (false, false) => 0.5,
         };
-        let mut leaves = vec![Tree::NONE; lights.emitters.len()];
-        let tree = Tree::new(near, |light, node| {
+        let mut leaves = vec![LightTree::NONE; lights.emitters.len()];
+        let tree = LightTree::new(near, |light, node| {
             if let LightId::Emitter(i) = light {
                 leaves[i as usize] = node;
             }
@@ -78,13 +78,13 @@ impl Choice {
         Some((light, probability * near_share))
     }
 
-    /// The probability with which [`Choice::draw`] draws a light from there.
+    /// The probability with which [`LightChoice::draw`] draws a light from there.
     #[inline]
     pub fn probability<R: Real>(&self, light: LightId, from: R::Vec3, normal: R::Vec3) -> f64 {
         match light {
             LightId::Emitter(i) => {
                 let receiver = Receiver { at: from.to_f64(), normal: normal.to_f64() };
-                let leaf = self.leaves.get(i as usize).copied().unwrap_or(Tree::NONE);
+                let leaf = self.leaves.get(i as usize).copied().unwrap_or(LightTree::NONE);
                 (1.0 - self.far_share) * self.tree.probability(leaf, &receiver)
             }
             // The sky comes last; a light without size is never met.
@@ -102,7 +102,7 @@ impl Choice {
 
     /// Bytes of the tables for so many lights, of which so many are emitters.
     pub(crate) fn bytes_of(lights: u64, emitters: u64) -> u64 {
-        Tree::bytes_of(lights).saturating_add(emitters.saturating_mul(size_of::<u32>() as u64))
+        LightTree::bytes_of(lights).saturating_add(emitters.saturating_mul(size_of::<u32>() as u64))
     }
 }
 

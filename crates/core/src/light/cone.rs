@@ -7,7 +7,7 @@ use glam::DVec3;
 
 /// The directions from a point outside a ball that meet it.
 #[derive(Clone, Copy, Debug)]
-pub struct Cone {
+pub struct DirectionCone {
     axis: DVec3,
     distance: f64,
     radius: f64,
@@ -16,7 +16,7 @@ pub struct Cone {
     height: f64,
 }
 
-impl Cone {
+impl DirectionCone {
     /// The ball as `from` sees it; none from within it or on it, where all or half of the directions meet it.
     pub fn new(centre: DVec3, radius: f64, from: DVec3) -> Option<Self> {
         let across = centre - from;

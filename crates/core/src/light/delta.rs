@@ -4,14 +4,14 @@ use core::f64::consts::{PI, TAU};
 
 use raywright_bvh::{Real, Vector};
 
-use super::{Bounds, Density, LightSample, Target};
+use super::{Density, LightBounds, LightSample, Target};
 use crate::scene::{Falloff, Light as LightData, LightKind};
 use crate::validate::GREATEST;
 
 /// A light source that has no size: no ray meets it by itself.
 #[derive(Clone, Copy, Debug)]
 pub struct DeltaLight<R: Real> {
-    kind: Kind<R>,
+    kind: DeltaKind<R>,
     /// Irradiance of a directional light, intensity of the others.
     colour: R::Vec3,
     /// Whether the scene lets something dim it: then a material's own shadow rule counts.
@@ -23,7 +23,7 @@ pub struct DeltaLight<R: Real> {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Kind<R: Real> {
+enum DeltaKind<R: Real> {
     Directional { to_light: R::Vec3 },
     Point { position: R::Vec3, fade: Fade<R> },
     Spot { position: R::Vec3, direction: R::Vec3, fade: Fade<R>, scale: R, offset: R },
@@ -62,15 +62,15 @@ impl<R: Real> DeltaLight<R> {
         let v = |t: [f64; 3]| R::Vec3::from_f64(t.into());
         let unit = |t: [f64; 3]| R::Vec3::from_f64(glam::DVec3::from(t).normalize());
         let kind = match light.kind {
-            LightKind::Directional { to_light } => Kind::Directional { to_light: unit(to_light) },
+            LightKind::Directional { to_light } => DeltaKind::Directional { to_light: unit(to_light) },
             LightKind::Point { position, falloff, range } => {
-                Kind::Point { position: v(position), fade: Fade::new(falloff, range) }
+                DeltaKind::Point { position: v(position), fade: Fade::new(falloff, range) }
             }
             LightKind::Spot { position, direction, inner_angle, outer_angle, falloff, range } => {
                 // The smooth edge of KHR_lights_punctual.
                 let (inner, outer) = (libm::cos(inner_angle.to_radians()), libm::cos(outer_angle.to_radians()));
                 let scale = 1.0 / (inner - outer).max(1e-3);
-                Kind::Spot {
+                DeltaKind::Spot {
                     position: v(position),
                     direction: unit(direction),
                     fade: Fade::new(falloff, range),
@@ -87,14 +87,14 @@ impl<R: Real> DeltaLight<R> {
     #[inline(always)]
     pub fn sample(&self, from: R::Vec3) -> Option<LightSample<R>> {
         match &self.kind {
-            Kind::Directional { to_light } => Some(LightSample {
+            DeltaKind::Directional { to_light } => Some(LightSample {
                 direction: *to_light,
                 arriving: self.colour,
                 density: Density::Delta,
                 target: Target::Infinity,
             }),
-            Kind::Point { position, fade } => self.local(from, *position, fade, |_| R::ONE),
-            Kind::Spot { position, direction, fade, scale, offset } => self.local(from, *position, fade, |l| {
+            DeltaKind::Point { position, fade } => self.local(from, *position, fade, |_| R::ONE),
+            DeltaKind::Spot { position, direction, fade, scale, offset } => self.local(from, *position, fade, |l| {
                 let edge = Real::clamp(-(l.dot(*direction)) * *scale + *offset, R::ZERO, R::ONE);
                 edge * edge
             }),
@@ -122,10 +122,10 @@ impl<R: Real> DeltaLight<R> {
         let colour = self.colour.to_f64();
         let across = |fade: &Fade<R>| if fade.inverse_square { 1.0 } else { reach * reach };
         let share = match &self.kind {
-            Kind::Directional { .. } => PI * reach * reach,
-            Kind::Point { fade, .. } => 2.0 * TAU * across(fade),
+            DeltaKind::Directional { .. } => PI * reach * reach,
+            DeltaKind::Point { fade, .. } => 2.0 * TAU * across(fade),
             // Full within the inner angle; from there to the outer one the integral of a square is a third.
-            Kind::Spot { fade, scale, offset, .. } => {
+            DeltaKind::Spot { fade, scale, offset, .. } => {
                 let (edge, outer) = (1.0 / scale.to_f64(), -offset.to_f64() / scale.to_f64());
                 TAU * ((1.0 - outer - edge).max(0.0) + edge / 3.0) * across(fade)
             }
@@ -134,13 +134,13 @@ impl<R: Real> DeltaLight<R> {
     }
 
     /// Where it is and which way it shines; none for a directional light.
-    pub fn bounds(&self) -> Option<Bounds> {
+    pub fn bounds(&self) -> Option<LightBounds> {
         match &self.kind {
-            Kind::Directional { .. } => None,
-            Kind::Point { position, .. } => Some(Bounds::point(position.to_f64(), glam::DVec3::Y, PI)),
-            Kind::Spot { position, direction, scale, offset, .. } => {
+            DeltaKind::Directional { .. } => None,
+            DeltaKind::Point { position, .. } => Some(LightBounds::point(position.to_f64(), glam::DVec3::Y, PI)),
+            DeltaKind::Spot { position, direction, scale, offset, .. } => {
                 let outer = -offset.to_f64() / scale.to_f64();
-                Some(Bounds::point(position.to_f64(), direction.to_f64(), libm::acos(outer.clamp(-1.0, 1.0))))
+                Some(LightBounds::point(position.to_f64(), direction.to_f64(), libm::acos(outer.clamp(-1.0, 1.0))))
             }
         }
     }

@@ -63,7 +63,7 @@ impl<R: Real> SurfaceLanes<R> {
 
 /// What a shadow ray aims at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Aim {
+pub(crate) enum TargetKind {
     /// There is no light.
     Nothing,
     /// The surface in its column.
@@ -81,7 +81,7 @@ pub(crate) struct LightLanes<R: Real> {
     pub arriving: Vec3Column<R>,
     /// Zero of a light without size.
     pub density: Column<f64>,
-    pub aim: Column<Aim>,
+    pub aim: Column<TargetKind>,
     pub surface: SurfaceLanes<R>,
     target: Column<Target<R>>,
 }
@@ -93,7 +93,7 @@ impl<R: Real> LightLanes<R> {
             direction: none,
             arriving: none,
             density: [0.0; LANES],
-            aim: [Aim::Nothing; LANES],
+            aim: [TargetKind::Nothing; LANES],
             surface: SurfaceLanes::new(),
             target: [Target::Infinity; LANES],
         }
@@ -111,12 +111,12 @@ impl<R: Real> LightLanes<R> {
         self.aim[lane] = match &sample.target {
             Target::Surface(surface) => {
                 self.surface.put(lane, surface);
-                Aim::Surface
+                TargetKind::Surface
             }
-            Target::Infinity => Aim::Infinity,
+            Target::Infinity => TargetKind::Infinity,
             target => {
                 self.target[lane] = *target;
-                Aim::Target
+                TargetKind::Target
             }
         };
     }
@@ -141,9 +141,9 @@ impl<R: Real> LightLanes<R> {
             arriving: vector::<R>(&self.arriving, lane),
             density: self.density_of(lane),
             target: match self.aim[lane] {
-                Aim::Surface => Target::Surface(self.surface.lane(lane)),
-                Aim::Infinity | Aim::Nothing => Target::Infinity,
-                Aim::Target => self.target[lane],
+                TargetKind::Surface => Target::Surface(self.surface.lane(lane)),
+                TargetKind::Infinity | TargetKind::Nothing => Target::Infinity,
+                TargetKind::Target => self.target[lane],
             },
         }
     }

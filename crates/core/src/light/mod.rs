@@ -32,14 +32,14 @@ use raywright_bvh::{Aabb, Real, Surface};
 
 use emitters::EmitterLanes;
 
-pub use bounds::Bounds;
-pub use choice::Choice;
-pub use cone::Cone;
+pub use bounds::LightBounds;
+pub use choice::LightChoice;
+pub use cone::DirectionCone;
 pub use delta::DeltaLight;
 pub use emitters::{EmitterList, Emitters, Exit, Glow, Strategy};
 pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
-pub(crate) use lanes::{Aim, Column, LANES, LightLanes, SurfaceLanes, Vec3Column, put, vector};
+pub(crate) use lanes::{Column, LANES, LightLanes, SurfaceLanes, TargetKind, Vec3Column, put, vector};
 pub use polygon::Polygon;
 pub use sky::{Seen, Sky};
 pub(crate) use sky::{packed_bytes, prepare as prepare_sky};
@@ -122,7 +122,7 @@ pub struct Lights<R: Real> {
     pub sky: Sky<R>,
     sky_sampler: Option<SkySampler>,
     /// Which light a point asks; empty until it is prepared.
-    choice: Choice,
+    choice: LightChoice,
     /// Half the diagonal of everything that has an end: how much of what comes from far away enters the scene.
     reach: f64,
 }
@@ -131,7 +131,7 @@ impl<R: Real> Lights<R> {
     /// From their tables, for a scene whose bounded part lies within `scene`.
     pub fn new(delta: Vec<DeltaLight<R>>, emitters: Emitters<R>, sky: Sky<R>, scene: &Aabb) -> Self {
         let reach = if scene.is_empty() { 0.0 } else { 0.5 * scene.extent().length() };
-        Self { delta, emitters, sky, sky_sampler: None, choice: Choice::default(), reach }
+        Self { delta, emitters, sky, sky_sampler: None, choice: LightChoice::default(), reach }
     }
 
     /// Builds what drawing the sky takes. Without it the sky has no power and is never drawn.
@@ -146,11 +146,11 @@ impl<R: Real> Lights<R> {
 
     /// Builds what choosing among all lights takes, the sky among them if drawing it is prepared.
     pub fn prepare_choice(&mut self) {
-        self.choice = Choice::new(self);
+        self.choice = LightChoice::new(self);
     }
 
     /// Which light a point asks, where that is prepared.
-    pub fn choice(&self) -> &Choice {
+    pub fn choice(&self) -> &LightChoice {
         &self.choice
     }
 
@@ -180,7 +180,7 @@ impl<R: Real> Lights<R> {
     }
 
     /// Where a light is and which way it shines; none for one that is infinitely far.
-    pub fn bounds(&self, light: LightId) -> Option<Bounds> {
+    pub fn bounds(&self, light: LightId) -> Option<LightBounds> {
         match light {
             LightId::Delta(i) => self.delta[i as usize].bounds(),
             LightId::Emitter(i) => self.emitters.bounds(i),
@@ -212,7 +212,7 @@ impl<R: Real> Lights<R> {
         samples.resize_with(chosen.len().div_ceil(LANES).max(samples.len()), LightLanes::new);
         let mut emitters = EmitterLanes::new();
         for (chosen, samples) in chosen.chunks(LANES).zip(&mut *samples) {
-            samples.aim = [Aim::Nothing; LANES];
+            samples.aim = [TargetKind::Nothing; LANES];
             let each = || chosen.iter().enumerate().filter_map(|(lane, chosen)| chosen.as_ref().map(|chosen| (lane, chosen)));
             self.emitters.sample_lanes(chosen, &mut emitters, samples);
             for (lane, &ChosenLight { light, probability, from, position }) in each() {

@@ -17,7 +17,7 @@ use crate::scene::{ColourInput, ImageData, Pixels, Sky as SkyData};
 /// What a ray sees that hits nothing.
 #[derive(Clone, Debug)]
 pub struct Sky<R: Real> {
-    pub(super) kind: Kind<R>,
+    pub(super) kind: SkyKind<R>,
 }
 
 pub(super) use map::Map;
@@ -32,7 +32,7 @@ pub struct Seen<R: Real> {
 }
 
 #[derive(Clone, Debug)]
-pub(super) enum Kind<R: Real> {
+pub(super) enum SkyKind<R: Real> {
     /// No sky: black.
     None,
     Constant(R::Vec3),
@@ -62,33 +62,33 @@ pub(crate) fn prepare<R: Real>(
 ) -> Result<Sky<R>, PrepareError> {
     let v = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
     let kind = match sky {
-        None => Kind::None,
-        Some(SkyData::Constant(c)) => Kind::Constant(v(*c)),
+        None => SkyKind::None,
+        Some(SkyData::Constant(c)) => SkyKind::Constant(v(*c)),
         Some(SkyData::Gradient { bottom, top, suns }) => {
             let suns = suns.iter().map(|s| Sun {
                 direction: R::Vec3::from_f64(DVec3::from(s.direction).normalize()),
                 colour: R::Vec3::from_f64(DVec3::from(s.colour.0) * s.weight),
                 exponent: s.exponent,
             });
-            Kind::Gradient { bottom: v(*bottom), top: v(*top), suns: suns.collect() }
+            SkyKind::Gradient { bottom: v(*bottom), top: v(*top), suns: suns.collect() }
         }
         Some(SkyData::Expression(ColourInput::Expression(text))) => {
             let failed = |source| PrepareError::Expression { path: "sky.expression".to_owned(), source };
-            Kind::Expression(Programs::of(&compile(text, names, Scope::Sky).map_err(failed)?))
+            SkyKind::Expression(Programs::of(&compile(text, names, Scope::Sky).map_err(failed)?))
         }
-        Some(SkyData::Expression(ColourInput::Constant(c))) => Kind::Constant(v(*c)),
+        Some(SkyData::Expression(ColourInput::Constant(c))) => SkyKind::Constant(v(*c)),
         // Validation has said that a sky has no surface for these.
-        Some(SkyData::Expression(ColourInput::Texture(_) | ColourInput::Checker(_))) => Kind::None,
+        Some(SkyData::Expression(ColourInput::Texture(_) | ColourInput::Checker(_))) => SkyKind::None,
         // Its lights stand about a camera: preparation puts them in its place.
-        Some(SkyData::Studio(_)) => Kind::None,
+        Some(SkyData::Studio(_)) => SkyKind::None,
         Some(SkyData::Map(map)) => {
             let image = lookup.image(&map.image);
             let missing = || PrepareError::Missing { path: "sky.map.image".to_owned(), kind: "image", name: map.image.clone() };
             match &image.ok_or_else(missing)?.data {
                 Some(image) => {
-                    Kind::Map(Map::new(Arc::clone(image), R::from_f64(map.rotation / 360.0), R::from_f64(map.strength)))
+                    SkyKind::Map(Map::new(Arc::clone(image), R::from_f64(map.rotation / 360.0), R::from_f64(map.strength)))
                 }
-                None => Kind::None,
+                None => SkyKind::None,
             }
         }
     };
@@ -98,24 +98,24 @@ pub(crate) fn prepare<R: Real>(
 impl<R: Real> Sky<R> {
     /// Whether it gives no light at all.
     pub fn is_black(&self) -> bool {
-        matches!(self.kind, Kind::None)
+        matches!(self.kind, SkyKind::None)
     }
 
     /// The picture that it shows, if it is one.
     pub(crate) fn image(&self) -> Option<&Arc<ImageData>> {
-        if let Kind::Map(map) = &self.kind { Some(&map.image) } else { None }
+        if let SkyKind::Map(map) = &self.kind { Some(&map.image) } else { None }
     }
 
     /// Bytes of what is kept besides the picture.
     pub(crate) fn bytes(&self) -> u64 {
-        if let Kind::Map(map) = &self.kind { size_of_val(map.packed.as_slice()) as u64 } else { 0 }
+        if let SkyKind::Map(map) = &self.kind { size_of_val(map.packed.as_slice()) as u64 } else { 0 }
     }
 
     /// Where a direction lies in the sky's picture, from 0 to 1 each way; nothing of use where it is none. Told once to whoever asks
     /// there for radiance and density.
     #[inline(always)]
     pub fn place(&self, d: R::Vec3) -> [R; 2] {
-        if let Kind::Map(_) = &self.kind { equirectangular::<R>(d) } else { [R::ZERO; 2] }
+        if let SkyKind::Map(_) = &self.kind { equirectangular::<R>(d) } else { [R::ZERO; 2] }
     }
 
     /// Radiance along a unit direction, seen from an origin.
@@ -126,7 +126,7 @@ impl<R: Real> Sky<R> {
 
     /// What many rays see, one after the other, with the [`Self::place`] of each: in less time than one by one.
     pub fn look(&self, rays: impl Iterator<Item = (R::Vec3, R::Vec3)>, out: &mut Vec<Seen<R>>) {
-        let Kind::Map(map) = &self.kind else {
+        let SkyKind::Map(map) = &self.kind else {
             out.extend(rays.map(|(origin, d)| Seen { place: [R::ZERO; 2], radiance: self.radiance(origin, d) }));
             return;
         };
@@ -137,9 +137,9 @@ impl<R: Real> Sky<R> {
     #[inline(always)]
     pub fn radiance_at(&self, origin: R::Vec3, d: R::Vec3, place: [R; 2]) -> R::Vec3 {
         match &self.kind {
-            Kind::None => R::Vec3::ZERO,
-            Kind::Constant(c) => *c,
-            Kind::Gradient { bottom, top, suns } => {
+            SkyKind::None => R::Vec3::ZERO,
+            SkyKind::Constant(c) => *c,
+            SkyKind::Gradient { bottom, top, suns } => {
                 let s = R::from_f64(0.5) * (d.y() + R::ONE);
                 let mut sky = *bottom * (R::ONE - s) + *top * s;
                 for sun in suns {
@@ -148,8 +148,8 @@ impl<R: Real> Sky<R> {
                 }
                 sky
             }
-            Kind::Expression(programs) => programs.vector(0, &Inputs::<R> { d, o: origin, ..Inputs::default() }),
-            Kind::Map(map) => map.radiance(place),
+            SkyKind::Expression(programs) => programs.vector(0, &Inputs::<R> { d, o: origin, ..Inputs::default() }),
+            SkyKind::Map(map) => map.radiance(place),
         }
     }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
 use super::cdf::{pick, push_shares};
-use super::sky::{Kind, Map};
+use super::sky::{Map, SkyKind};
 use super::{Density, LightSample, Seen, Sky, SphereGrid, Target};
 
 /// Share of a picture's mean that is left to the other way. All of it leaves a seventh more noise under skies that are a little brighter on one
@@ -20,25 +20,25 @@ const SMALL: f64 = 10.0;
 /// How a sky is drawn.
 #[derive(Clone, Debug)]
 pub struct SkySampler {
-    form: Form,
+    form: SkyForm,
     flux: f64,
     /// See [`Self::small`].
     small: Option<f64>,
 }
 
 #[derive(Clone, Debug)]
-enum Form {
+enum SkyForm {
     /// Evenly over the sphere: an expression, of which nothing is known.
     Even,
     /// A sum of lobes in closed form, each in its share.
-    Lobes { lobes: Vec<Lobe>, shares: Vec<f64> },
+    Lobes { lobes: Vec<SkyLobe>, shares: Vec<f64> },
     /// A picture, cell by cell.
     Grid(SphereGrid),
 }
 
 /// A part of a sky whose integral is known.
 #[derive(Clone, Copy, Debug)]
-enum Lobe {
+enum SkyLobe {
     /// Linear in the height of the direction, from nadir to zenith.
     Linear { bottom: f64, top: f64 },
     /// A power of the cosine to an axis.
@@ -53,21 +53,21 @@ fn sum<R: Real>(colour: R::Vec3) -> f64 {
 impl SkySampler {
     /// None where the sky is black.
     pub fn new<R: Real>(sky: &Sky<R>) -> Option<Self> {
-        let linear = |bottom, top| (Lobe::Linear { bottom, top }, TAU * (bottom + top));
+        let linear = |bottom, top| (SkyLobe::Linear { bottom, top }, TAU * (bottom + top));
         let sampler = match &sky.kind {
-            Kind::None => None,
-            Kind::Constant(c) => Self::lobes([linear(sum::<R>(*c), sum::<R>(*c))]),
-            Kind::Gradient { bottom, top, suns } => {
+            SkyKind::None => None,
+            SkyKind::Constant(c) => Self::lobes([linear(sum::<R>(*c), sum::<R>(*c))]),
+            SkyKind::Gradient { bottom, top, suns } => {
                 let suns = suns.iter().map(|sun| {
                     let (axis, exponent) = (sun.direction.to_f64().normalize(), f64::from(sun.exponent));
-                    (Lobe::Power { axis, exponent }, sum::<R>(sun.colour) * TAU / (exponent + 1.0))
+                    (SkyLobe::Power { axis, exponent }, sum::<R>(sun.colour) * TAU / (exponent + 1.0))
                 });
                 Self::lobes(core::iter::once(linear(sum::<R>(*bottom), sum::<R>(*top))).chain(suns))
             }
-            Kind::Expression(_) => Some(Self { form: Form::Even, flux: flux_by_quadrature(sky), small: None }),
-            Kind::Map(map) => {
+            SkyKind::Expression(_) => Some(Self { form: SkyForm::Even, flux: flux_by_quadrature(sky), small: None }),
+            SkyKind::Map(map) => {
                 let grid = grid(map, |radiance| radiance)?;
-                Some(Self { flux: grid.flux(), form: Form::Grid(grid), small: None })
+                Some(Self { flux: grid.flux(), form: SkyForm::Grid(grid), small: None })
             }
         };
         sampler.map(|sampler| sampler.with_small(sky))
@@ -79,17 +79,17 @@ impl SkySampler {
     #[must_use]
     pub fn of_excess<R: Real>(self, sky: &Sky<R>) -> Self {
         let excess = match (&self.form, &sky.kind) {
-            (Form::Lobes { lobes, shares }, _) => {
+            (SkyForm::Lobes { lobes, shares }, _) => {
                 let fluxes = lobes.iter().enumerate().map(|(i, lobe)| match lobe {
-                    Lobe::Linear { .. } => 0.0,
-                    Lobe::Power { .. } => super::cdf::share(shares, i),
+                    SkyLobe::Linear { .. } => 0.0,
+                    SkyLobe::Power { .. } => super::cdf::share(shares, i),
                 });
                 Self::lobes(lobes.iter().copied().zip(fluxes))
             }
-            (Form::Grid(whole), Kind::Map(map)) => {
+            (SkyForm::Grid(whole), SkyKind::Map(map)) => {
                 let even = EVEN * 0.25 * FRAC_1_PI * whole.flux();
                 let excess = grid(map, |radiance| (radiance - even).max(0.0));
-                excess.map(|grid| Self { flux: grid.flux(), form: Form::Grid(grid), small: None })
+                excess.map(|grid| Self { flux: grid.flux(), form: SkyForm::Grid(grid), small: None })
             }
             _ => None,
         };
@@ -100,11 +100,11 @@ impl SkySampler {
         }
     }
 
-    fn lobes(lobes: impl IntoIterator<Item = (Lobe, f64)>) -> Option<Self> {
-        let (lobes, fluxes): (Vec<Lobe>, Vec<f64>) = lobes.into_iter().unzip();
+    fn lobes(lobes: impl IntoIterator<Item = (SkyLobe, f64)>) -> Option<Self> {
+        let (lobes, fluxes): (Vec<SkyLobe>, Vec<f64>) = lobes.into_iter().unzip();
         let mut shares = Vec::new();
         let flux = push_shares(&mut shares, &fluxes);
-        (flux > 0.0).then_some(Self { form: Form::Lobes { lobes, shares }, flux, small: None })
+        (flux > 0.0).then_some(Self { form: SkyForm::Lobes { lobes, shares }, flux, small: None })
     }
 
     /// Knows its small bright parts. The mean density of directions drawn is ∫p², by which few directions that hold much of the light count
@@ -157,9 +157,9 @@ impl SkySampler {
 
     fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
         match &self.form {
-            Form::Even => at_height(2.0 * u - 1.0, v),
-            Form::Grid(grid) => grid.direction([u, v]),
-            Form::Lobes { lobes, shares } => {
+            SkyForm::Even => at_height(2.0 * u - 1.0, v),
+            SkyForm::Grid(grid) => grid.direction([u, v]),
+            SkyForm::Lobes { lobes, shares } => {
                 let (index, _, rest) = pick(shares, u);
                 lobes[index].direction([rest, v])
             }
@@ -169,9 +169,9 @@ impl SkySampler {
     /// The density over solid angle of drawing a direction that has this [`Sky::place`].
     pub fn density<R: Real>(&self, direction: R::Vec3, place: [R; 2]) -> f64 {
         match &self.form {
-            Form::Even => 0.25 * FRAC_1_PI,
-            Form::Grid(grid) => grid.density(place.map(Real::to_f64)),
-            Form::Lobes { lobes, shares } => {
+            SkyForm::Even => 0.25 * FRAC_1_PI,
+            SkyForm::Grid(grid) => grid.density(place.map(Real::to_f64)),
+            SkyForm::Lobes { lobes, shares } => {
                 let each = lobes.iter().enumerate();
                 each.map(|(i, lobe)| super::cdf::share(shares, i) * lobe.density(direction.to_f64())).sum()
             }
@@ -179,7 +179,7 @@ impl SkySampler {
     }
 }
 
-impl Lobe {
+impl SkyLobe {
     fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
         match *self {
             Self::Linear { bottom, top } => {

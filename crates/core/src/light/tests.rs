@@ -22,7 +22,7 @@ fn numbers(i: u64) -> [f32; 2] {
 fn alone<R: Real>(list: EmitterList<R>, strategy: Strategy) -> Lights<R> {
     let mut emitters = Emitters::new(list);
     emitters.strategy = strategy;
-    let none = Sky { kind: sky::Kind::None };
+    let none = Sky { kind: sky::SkyKind::None };
     Lights::new(Vec::new(), emitters, none, &Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE })
 }
 
@@ -77,10 +77,10 @@ fn skies<R: Real>() -> Vec<(&'static str, Sky<R>)> {
     let pixels = crate::scene::Pixels::Linear((0..72).map(texel).collect());
     let image = std::sync::Arc::new(crate::scene::ImageData { width: 12, height: 6, pixels });
     vec![
-        ("constant", Sky { kind: sky::Kind::Constant(v(0.2, 0.5, 1.0)) }),
-        ("gradient", Sky { kind: sky::Kind::Gradient { bottom: v(0.0, 0.0, 0.0), top: v(1.0, 2.0, 3.0), suns: Vec::new() } }),
-        ("suns", Sky { kind: sky::Kind::Gradient { bottom: v(0.3, 0.3, 0.3), top: v(0.1, 0.2, 0.3), suns } }),
-        ("map", Sky { kind: sky::Kind::Map(sky::Map::new(image, R::from_f64(0.15), R::from_f64(2.0))) }),
+        ("constant", Sky { kind: sky::SkyKind::Constant(v(0.2, 0.5, 1.0)) }),
+        ("gradient", Sky { kind: sky::SkyKind::Gradient { bottom: v(0.0, 0.0, 0.0), top: v(1.0, 2.0, 3.0), suns: Vec::new() } }),
+        ("suns", Sky { kind: sky::SkyKind::Gradient { bottom: v(0.3, 0.3, 0.3), top: v(0.1, 0.2, 0.3), suns } }),
+        ("map", Sky { kind: sky::SkyKind::Map(sky::Map::new(image, R::from_f64(0.15), R::from_f64(2.0))) }),
     ]
 }
 
@@ -200,7 +200,7 @@ fn delta(kind: LightKind) -> Lights<f64> {
     Lights::new(
         vec![DeltaLight::new(&light, true)],
         none,
-        Sky { kind: sky::Kind::None },
+        Sky { kind: sky::SkyKind::None },
         &Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE },
     )
 }

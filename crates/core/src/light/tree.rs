@@ -1,5 +1,5 @@
 //! A tree over lights that have a place: each node knows where its lights are, which way they shine and how much, and so how much
-//! of it may arrive at a point ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty Estevez, Kulla 2018;
+//! of it may arrive at a point ("Importance Sampling of Many Lights with Adaptive LightTree Splitting", Conty Estevez, Kulla 2018;
 //! "Physically Based Rendering", 4th edition, 12.6.3).
 //!
 //! A node has up to eight groups below it. A tree of pairs has three times the levels, each of which waits for the one before it and for
@@ -12,15 +12,15 @@ use glam::DVec3;
 use raywright_bvh::{Loops, Real, widest};
 
 use build::{Group, divide};
-use node::{Node, WIDTH, running};
+use node::{LightNode, WIDTH, running};
 
-use super::{Bounds, LightId};
+use super::{LightBounds, LightId};
 
 /// A light that has a place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaf {
     pub light: LightId,
-    pub bounds: Bounds,
+    pub bounds: LightBounds,
     /// Above zero, finite.
     pub power: f64,
 }
@@ -42,12 +42,12 @@ enum Content {
 
 /// Lights by place, direction and power.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Tree {
+pub(super) struct LightTree {
     top: Option<Content>,
-    nodes: Vec<Node>,
+    nodes: Vec<LightNode>,
 }
 
-impl Tree {
+impl LightTree {
     /// No place: of a light that is not in the tree.
     pub const NONE: u32 = u32::MAX;
     /// The place at the top. Others are `WIDTH` times the node, and which of its groups.
@@ -63,7 +63,7 @@ impl Tree {
                 place(leaf.light, at);
                 Content::Light(leaf.light)
             } else {
-                let (index, mut node) = (tree.nodes.len(), Node::new(&group.sum, at));
+                let (index, mut node) = (tree.nodes.len(), LightNode::new(&group.sum, at));
                 for (lane, part) in divide(&mut leaves, group).into_iter().enumerate() {
                     node.put(lane, &part.sum, &group.sum);
                     open.push((part, (WIDTH * index + lane) as u32));
@@ -103,7 +103,7 @@ impl Tree {
     /// their distances may need more, see [`divide`].)
     pub fn bytes_of(lights: u64) -> u64 {
         let nodes = if lights > 1 { lights.saturating_mul(4) / 7 + 1 } else { 0 };
-        nodes.saturating_mul(size_of::<Node>() as u64)
+        nodes.saturating_mul(size_of::<LightNode>() as u64)
     }
 
     /// A light for a number in [0, 1), and its probability; none where none sends anything.
@@ -143,7 +143,7 @@ impl Tree {
         }
     }
 
-    /// The probability of drawing the light of a place. Multiplied from the top down, as [`Tree::draw`] does: the same bits.
+    /// The probability of drawing the light of a place. Multiplied from the top down, as [`LightTree::draw`] does: the same bits.
     pub fn probability(&self, place: u32, receiver: &Receiver) -> f64 {
         if place == Self::TOP {
             return 1.0;
@@ -161,9 +161,9 @@ impl Tree {
 /// The greatest number below one.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// [`Tree::draw`], for wide registers.
+/// [`LightTree::draw`], for wide registers.
 struct Draw<'a> {
-    tree: &'a Tree,
+    tree: &'a LightTree,
     receiver: &'a Receiver,
     u: f64,
 }

@@ -9,7 +9,7 @@ use core::array::from_fn;
 
 use glam::DVec3;
 
-use super::fresnel::towards_grazing;
+use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use crate::number::{Number, Vector3};
 
@@ -104,7 +104,7 @@ fn mix(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
 #[inline(always)]
 pub(super) fn look_up(table: &Table, cosine: f64, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
-        return [0.0, towards_grazing(cosine.max(0.0))];
+        return [0.0, schlick_weight(cosine.max(0.0))];
     }
     let ((i, u), (j, v)) = (between(cosine.max(0.0).sqrt().sqrt(), STEPS), between(roughness.sqrt(), STEPS));
     let row = |j: usize| {

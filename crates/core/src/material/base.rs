@@ -6,15 +6,15 @@ use core::f64::consts::PI;
 use super::albedo::Albedo;
 use super::energy::{Remainder, mean_of};
 use super::frame::Frame;
-use super::fresnel::towards_grazing;
+use super::fresnel::schlick_weight;
 use super::ggx::Ggx;
 use super::lobe::{Lobe, LobeKind, Pair};
 use super::reflectance::Reflectance;
-use crate::number::{Mask, Number, Vector3};
+use crate::number::{Number, Vector3};
 
 /// The base of a layered surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Base<N: Number> {
+pub struct DiffuseBase<N: Number> {
     /// Share that is diffused back, and what is let through diffusely.
     pub(super) back: N::Vec3,
     pub(super) through: N::Vec3,
@@ -22,49 +22,29 @@ pub struct Base<N: Number> {
     pub(super) interreflected: N::Vec3,
     /// Whether something is let through.
     pub(super) both: bool,
-    pub(super) top: Top<N>,
+    pub(super) top: DiffuseCover<N>,
 }
 
 /// The layer of facets over a base, seen from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Top<N: Number> {
-    remainder: Remainder<N>,
-    /// The facets, where some are rougher one way.
-    anisotropic: Option<Ggx<N>>,
-    /// Whether they are.
-    is_anisotropic: N::Mask,
-    /// By which the layer reflects, where that is not Schlick's way between two numbers.
-    curve: Option<Reflectance<N>>,
-    /// Whether that is so.
-    curved: N::Mask,
+pub struct DiffuseCover<N: Number> {
+    pub(super) remainder: Remainder<N>,
+    /// Where facets are rougher one way, and those.
+    pub(super) anisotropic: Option<(N::Mask, Ggx<N>)>,
+    /// Where the layer does not reflect by Schlick's way between two numbers, and how it does.
+    pub(super) curve: Option<(N::Mask, Reflectance<N>)>,
     /// Reflectances at normal and grazing incidence of glTF's sample formula, which leaves 1 − F by the half vector.
-    literal: Option<[N; 2]>,
+    pub(super) literal: Option<[N; 2]>,
 }
 
-impl<N: Number> Top<N> {
-    /// A layer, before it is seen.
-    pub(super) fn new(remainder: Remainder<N>, literal: Option<[N; 2]>) -> Self {
-        let none = N::Mask::default();
-        Self { remainder, anisotropic: None, is_anisotropic: none, curve: None, curved: none, literal }
-    }
-
-    /// It where its facets are rougher one way.
-    pub(super) fn anisotropic(self, mask: N::Mask, facets: Ggx<N>) -> Self {
-        if mask.any() { Self { anisotropic: Some(facets), is_anisotropic: mask, ..self } } else { self }
-    }
-
-    /// It where it reflects by a curve.
-    pub(super) fn curved(self, curved: N::Mask, curve: Reflectance<N>) -> Self {
-        if curved.any() { Self { curve: Some(curve), curved, ..self } } else { self }
-    }
-
+impl<N: Number> DiffuseCover<N> {
     /// It as it is seen along `wo` at a cosine.
     pub(super) fn seen(self, wo: N::Vec3, cosine: N) -> Self {
         let [mut base, lost] = self.remainder.left(self.mean_albedo());
-        if self.curved.any() {
+        if let Some((curved, _)) = self.curve {
             let mean = match &self.anisotropic {
                 None => mean_of(|cosine| self.left(N::Vec3::ZERO, cosine)[0]),
-                Some(facets) => {
+                Some((_, facets)) => {
                     let frame = facets.frame();
                     // The quarter of all azimuths is that of any of them.
                     let turns = [1.0, 3.0, 5.0, 7.0].map(|eighth| N::from_f64(eighth / 32.0).turned());
@@ -76,7 +56,7 @@ impl<N: Number> Top<N> {
                     })
                 }
             };
-            base = N::select(self.curved, mean, base);
+            base = N::select(curved, mean, base);
         }
         Self { remainder: self.remainder.seen(self.left(wo, cosine), [base, lost]), ..self }
     }
@@ -84,7 +64,7 @@ impl<N: Number> Top<N> {
     fn mean_albedo(&self) -> Albedo<N> {
         let isotropic = Albedo::mean(self.remainder.roughness);
         match &self.anisotropic {
-            Some(facets) => Albedo::select(self.is_anisotropic, Albedo::anisotropic_mean(facets), isotropic),
+            Some((mask, facets)) => Albedo::select(*mask, Albedo::anisotropic_mean(facets), isotropic),
             None => isotropic,
         }
     }
@@ -93,13 +73,13 @@ impl<N: Number> Top<N> {
     fn left(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
         let isotropic = Albedo::towards(cosine, self.remainder.roughness);
         let albedo = match &self.anisotropic {
-            Some(facets) => Albedo::select(self.is_anisotropic, Albedo::anisotropic(facets, direction), isotropic),
+            Some((mask, facets)) => Albedo::select(*mask, Albedo::anisotropic(facets, direction), isotropic),
             None => isotropic,
         };
         let [plain, lost] = self.remainder.left(albedo);
-        let Some(curve) = &self.curve else { return [plain, lost] };
+        let Some((curved, curve)) = &self.curve else { return [plain, lost] };
         let [base, _] = self.remainder.left_of(albedo.sent_by(|cosine| curve.at(cosine).max_element()), lost);
-        [N::select(self.curved, base, plain), lost]
+        [N::select(*curved, base, plain), lost]
     }
 
     /// Factors of 1/π: of what a white base sends back, and of what white facets send to each other.
@@ -109,13 +89,13 @@ impl<N: Number> Top<N> {
         let [base, lost] = [base * seen[0], lost * seen[1]];
         let base = self.literal.map_or(base, |[f0, f90]| {
             let tilt = pair.folded().tilt;
-            N::ONE - (f0 + (f90 - f0) * towards_grazing(tilt))
+            N::ONE - (f0 + (f90 - f0) * schlick_weight(tilt))
         });
         [base, lost]
     }
 }
 
-impl<N: Number> Base<N> {
+impl<N: Number> DiffuseBase<N> {
     /// Chance that what is sent both ways is sent back.
     fn back_share(&self) -> N {
         let (back, through) = ((self.back + self.interreflected).max_element(), self.through.max_element());
@@ -124,7 +104,7 @@ impl<N: Number> Base<N> {
     }
 }
 
-impl<N: Number> LobeKind<N> for Base<N> {
+impl<N: Number> LobeKind<N> for DiffuseBase<N> {
     fn importance(&self, _: N) -> N {
         let [base, lost] = self.top.remainder.shown;
         let base = if self.top.literal.is_some() { N::ONE } else { base };
@@ -135,31 +115,31 @@ impl<N: Number> LobeKind<N> for Base<N> {
         self.both
     }
 
-    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
         let [base, lost] = self.top.factors(pair);
         (self.back * base + self.interreflected * lost) / N::from_f64(PI)
     }
 
-    fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
         self.back * (self.top.factors(pair)[0] / N::from_f64(PI))
     }
 
-    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
         if !self.both {
             return N::Vec3::ZERO;
         }
         self.through * (self.top.factors(pair)[0] / N::from_f64(PI))
     }
 
-    fn density(&self, pair: &Pair<N>) -> N {
+    fn pdf(&self, pair: &Pair<N>) -> N {
         self.back_share() * pair.into / N::from_f64(PI)
     }
 
-    fn density_through(&self, pair: &Pair<N>) -> N {
+    fn pdf_through(&self, pair: &Pair<N>) -> N {
         (N::ONE - self.back_share()) * -pair.into / N::from_f64(PI)
     }
 
-    fn drawn_world(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+    fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
         let up = Lobe::<N>::cosine(point);
         let down = N::Vec3::new(up.x(), up.y(), -up.z());
         frame.to_world(N::Vec3::select(self.back_share().above(choice), up, down))

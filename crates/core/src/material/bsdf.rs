@@ -2,7 +2,7 @@
 //! parameter, so that surfaces of the common ones carry no code of the others.
 
 use super::frame::Frame;
-use super::lobe::{Lobe, Pair, Scatters};
+use super::lobe::{Lobe, LobeFamily, Pair};
 use crate::number::{Mask, Number, Vector3};
 
 /// Lobes that a surface of the common kinds may have.
@@ -10,7 +10,7 @@ pub const MOST_LOBES: usize = 5;
 
 /// The answer to light of a surface at a point, by at most `MOST` lobes of a family of kinds.
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf<N: Number, L: Scatters<N> = Lobe<N>, const MOST: usize = MOST_LOBES> {
+pub struct Bsdf<N: Number, L: LobeFamily<N> = Lobe<N>, const MOST: usize = MOST_LOBES> {
     normal: N::Vec3,
     lobes: [L; MOST],
     count: usize,
@@ -18,7 +18,7 @@ pub struct Bsdf<N: Number, L: Scatters<N> = Lobe<N>, const MOST: usize = MOST_LO
 
 /// A direction in which light may have come.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sampled<N: Number> {
+pub struct BsdfSample<N: Number> {
     /// Whether there is one: what was drawn may send nothing back. Everything else is zero then.
     pub some: N::Mask,
     /// Unit, away from the surface.
@@ -39,7 +39,7 @@ impl<N: Number> Bsdf<N> {
     }
 }
 
-impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
+impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// A surface without lobes, of whichever family.
     #[inline(always)]
     pub fn of_kind(normal: N::Vec3) -> Self {
@@ -100,7 +100,7 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// Bidirectional reflectance from `wi`, which is above the surface, to `wo`; of delta lobes nothing.
     #[inline(always)]
     pub fn eval(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(wo, wi, L::value)
+        self.sum(wo, wi, L::eval)
     }
 
     /// Whether some lobe lets light through that could have been drawn.
@@ -116,16 +116,16 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
         let pair = Pair::new(self.normal, wo, wi);
         let (mut over, mut under) = (N::Vec3::ZERO, N::Vec3::ZERO);
         for lobe in self.lobes() {
-            over += lobe.value(&pair);
-            under += lobe.value_through(&pair);
+            over += lobe.eval(&pair);
+            under += lobe.eval_through(&pair);
         }
         N::Vec3::select(above, over, under)
     }
 
     /// [`Self::eval`] of what is diffused alone, for a light that makes no highlights.
     #[inline(always)]
-    pub fn diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(wo, wi, L::diffused)
+    pub fn eval_diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
+        self.sum(wo, wi, L::eval_diffuse)
     }
 
     /// What the choice among lobes goes by, of each of them, and the sum.
@@ -142,22 +142,22 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// Density by solid angle with which [`Self::sample`] gives `wi`; delta lobes, which have none, take their share of it away.
     #[inline(always)]
     pub fn pdf(&self, wo: N::Vec3, wi: N::Vec3) -> N {
-        self.answer(wo, wi).1
+        self.eval_and_pdf(wo, wi).1
     }
 
     /// [`Self::eval`] and [`Self::pdf`] together, which share most of what they compute.
     #[inline(always)]
-    pub fn answer(&self, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
+    pub fn eval_and_pdf(&self, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
         let cosine = self.normal.dot(wo);
-        self.answer_by(&self.importances(cosine), cosine, wo, wi)
+        self.eval_and_pdf_by(&self.importances(cosine), cosine, wo, wi)
     }
 
     #[inline(always)]
-    fn answer_by(&self, (importances, total): &([N; MOST], N), cosine: N, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
+    fn eval_and_pdf_by(&self, (importances, total): &([N; MOST], N), cosine: N, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
         let (pair, zero) = (Pair::new(self.normal, wo, wi), N::ZERO);
         let (mut value, mut sum) = (N::Vec3::ZERO, zero);
         for (lobe, &importance) in self.lobes().iter().zip(importances) {
-            let (own, density) = lobe.answer(&pair);
+            let (own, density) = lobe.eval_and_pdf(&pair);
             value += own;
             sum = sum + importance * density;
         }
@@ -166,19 +166,19 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
         if !self.lets_through() {
             return (value, over);
         }
-        let through = self.lobes().iter().zip(importances).map(|(lobe, &importance)| importance * lobe.density_through(&pair));
+        let through = self.lobes().iter().zip(importances).map(|(lobe, &importance)| importance * lobe.pdf_through(&pair));
         let sum = through.fold(zero, |sum, part| sum + part);
         (value, N::select(able & zero.above(self.normal.dot(wi)), sum / *total, over))
     }
 
     /// A direction for three numbers in [0, 1), of which the first chooses the lobe. Drawn in a frame about its normal.
     #[inline(always)]
-    pub fn sample(&self, frame: &Frame<N>, wo: N::Vec3, [choice, u, v]: [N; 3]) -> Sampled<N> {
+    pub fn sample(&self, frame: &Frame<N>, wo: N::Vec3, [choice, u, v]: [N; 3]) -> BsdfSample<N> {
         let cosine = self.normal.dot(wo);
         let importances = self.importances(cosine);
         let (each, total) = importances;
         let able = cosine.above(N::ZERO) & total.above(N::ZERO);
-        let mut out = Sampled {
+        let mut out = BsdfSample {
             some: N::Mask::default(),
             direction: N::Vec3::ZERO,
             weight: N::Vec3::ZERO,
@@ -194,17 +194,17 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
                 continue;
             }
             if lobe.is_delta() {
-                let (direction, weight) = lobe.drawn_delta(self.normal, wo, u);
+                let (direction, weight) = lobe.sample_delta(self.normal, wo, u);
                 out.direction = N::Vec3::select(chosen, direction, out.direction);
                 out.weight = N::Vec3::select(chosen, weight / (importance / total), out.weight);
                 (out.some, out.delta) = (out.some | chosen, out.delta | chosen);
             } else {
                 // How far into the lobe's share the choice lies is a number in [0, 1) too.
                 let rest = ((choice * total - start) / importance).max(N::ZERO);
-                out.direction = N::Vec3::select(chosen, lobe.drawn_world(frame, wo, local, rest, [u, v]), out.direction);
+                out.direction = N::Vec3::select(chosen, lobe.sample(frame, wo, local, rest, [u, v]), out.direction);
             }
         }
-        let (value, density) = self.answer_by(&importances, cosine, wo, out.direction);
+        let (value, density) = self.eval_and_pdf_by(&importances, cosine, wo, out.direction);
         let facing = self.normal.dot(out.direction);
         // Also false for NaN, and where nothing was drawn.
         let mut sent = density.above(N::ZERO) & facing.above(N::ZERO) & !out.delta;
@@ -215,7 +215,7 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
             sent = sent | below;
         }
         let some = out.some | sent;
-        Sampled {
+        BsdfSample {
             some,
             direction: N::Vec3::select(some, out.direction, N::Vec3::ZERO),
             weight: N::Vec3::select(sent, weight, out.weight),

@@ -13,7 +13,7 @@ use super::albedo::{Albedo, MEAN_GRAZING};
 use crate::number::{Mask, Number, Vector3};
 
 /// Share that facets send back whose reflectance goes by Schlick from `f0` at normal incidence to one.
-pub(super) fn sent_back(f0: f64, roughness: f64, cosine: f64) -> f64 {
+pub(super) fn directional_albedo(f0: f64, roughness: f64, cosine: f64) -> f64 {
     Albedo::<f64>::towards(cosine, roughness).sent(f0, 1.0).clamp(0.0, 1.0)
 }
 
@@ -30,6 +30,14 @@ pub(super) fn interreflected<N: Number>(f0: N::Vec3, f90: N, lost: N) -> N::Vec3
 pub(super) fn interreflected_of<N: Number>(f0: N, f90: N, lost: N) -> N {
     let mean = f0 + (f90 - f0) * N::from_f64(MEAN_GRAZING);
     mean * mean * (N::ONE - lost) / (N::ONE - mean * lost)
+}
+
+/// The factor of dielectric facets that reflect so much at normal and at grazing incidence, and that of all facets, of which shares are
+/// dielectric and metal.
+#[inline(always)]
+pub(super) fn interreflections<N: Number>([f0, f90]: [N; 2], metal: N::Vec3, shares: [N; 2], lost: N) -> (N, N::Vec3) {
+    let dielectric = interreflected_of(f0, f90, lost);
+    (dielectric, interreflected::<N>(metal, N::ONE, lost) * shares[1] + N::Vec3::splat(dielectric * shares[0]))
 }
 
 /// The mean over the hemisphere, by the cosine, of what is said of cosines: Gauss's rule by their squares.

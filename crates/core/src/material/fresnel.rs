@@ -5,14 +5,14 @@ use crate::number::{Number, Vector3};
 /// Schlick's share of the way from the reflectance at normal incidence to that at grazing incidence, by the cosine of the angle
 /// of incidence ("An Inexpensive BRDF Model for Physically-based Rendering", 1994).
 #[inline(always)]
-pub fn towards_grazing<N: Number>(cosine: N) -> N {
+pub fn schlick_weight<N: Number>(cosine: N) -> N {
     (N::ONE - cosine.min(N::ONE)).powi(5)
 }
 
 /// Schlick's reflectance of a surface that reflects `f0` at normal incidence and all at grazing incidence.
 #[inline(always)]
 pub fn schlick<N: Number>(f0: N::Vec3, cosine: N) -> N::Vec3 {
-    f0 + (N::Vec3::ONE - f0) * towards_grazing(cosine)
+    f0 + (N::Vec3::ONE - f0) * schlick_weight(cosine)
 }
 
 /// Reflectance of a rough surface under uniform light: the analytic fit of "Physically Based Shading on Mobile" (Karis 2014),

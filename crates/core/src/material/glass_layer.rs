@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 
+use super::dielectric::Dielectric;
 use super::film::Film;
 use super::frame::Frame;
-use super::fresnel::{FresnelRule, dielectric, towards_grazing};
+use super::fresnel::{self, FresnelRule, schlick_weight};
 use super::ggx::{Ggx, mirrored};
 use super::interface::Interface;
 use super::lobe::{LobeKind, Pair};
-use super::rough_glass::RoughGlass;
 use crate::number::{Mask, Number, Vector3};
 
 /// What a boundary reflects beside Fresnel's share.
@@ -37,8 +37,8 @@ impl<N: Number> Tinted<N> {
         let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
         let share = match self.rule {
             // By the angle on the thin side.
-            FresnelRule::Schlick => f0 + (1.0 - f0) * towards_grazing(if ior < 1.0 { inside } else { outside }),
-            _ => dielectric(outside, Some(inside), 1.0 / ior),
+            FresnelRule::Schlick => f0 + (1.0 - f0) * schlick_weight(if ior < 1.0 { inside } else { outside }),
+            _ => fresnel::dielectric(outside, Some(inside), 1.0 / ior),
         };
         let bare = self.reflected.lane(lane) * share;
         let Some(film) = self.film else { return bare.to_array() };
@@ -53,34 +53,31 @@ impl<N: Number> Tinted<N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayeredDielectric<N: Number> {
     pub(super) tinted: Tinted<N>,
-    /// Index on the side that the ray comes from over the one beyond.
-    pub(super) eta: N::Exact,
-    /// Share of the surface that is one, what it lets through, and its roughness.
-    pub(super) rough: RoughGlass<N>,
-    pub(super) smooth: bool,
+    /// The boundary without what the tint takes of its reflection.
+    pub(super) boundary: Dielectric<N>,
     /// Where the ray comes from outside.
     pub(super) outside: N::Mask,
 }
 
 impl<N: Number> LayeredDielectric<N> {
-    /// What is reflected at a lane's facet, by the cosine on the ray's side.
-    fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
-        let eta = N::exact_lane(self.eta, lane);
-        let c = cosine.clamp(0.0, 1.0);
+    /// Cosines at a lane's facet, on the ray's side and beyond; none of them where all is reflected.
+    fn cosines(&self, lane: usize, cosine: f64) -> Option<[f64; 2]> {
+        let (eta, c) = (N::exact_lane(self.boundary.eta, lane), cosine.clamp(0.0, 1.0));
         let beyond = 1.0 - eta * eta * (1.0 - c * c);
-        let cosines = (beyond > 0.0).then(|| {
-            let t = beyond.sqrt();
-            if self.outside.lane(lane) { [c, t] } else { [t, c] }
-        });
-        self.tinted.reflectance(lane, cosines)
+        (beyond > 0.0).then(|| [c, beyond.sqrt()])
+    }
+
+    /// What is reflected there.
+    fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
+        let turned = |[own, beyond]: [f64; 2]| if self.outside.lane(lane) { [own, beyond] } else { [beyond, own] };
+        self.tinted.reflectance(lane, self.cosines(lane, cosine).map(turned))
     }
 
     /// Factors that turn what exact Fresnel's share reflects and lets through at a facet into what is.
     fn factors(&self, cosine: N) -> [N::Vec3; 2] {
         let exact = |lane: usize| {
-            let (eta, c) = (N::exact_lane(self.eta, lane), cosine.lane(lane).clamp(0.0, 1.0));
-            let beyond = 1.0 - eta * eta * (1.0 - c * c);
-            dielectric(c, (beyond > 0.0).then(|| beyond.sqrt()), eta)
+            let eta = N::exact_lane(self.boundary.eta, lane);
+            self.cosines(lane, cosine.lane(lane)).map_or(1.0, |[c, beyond]| fresnel::dielectric(c, Some(beyond), eta))
         };
         let factor = |of: fn([f64; 2]) -> f64| {
             <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
@@ -96,54 +93,54 @@ impl<N: Number> LayeredDielectric<N> {
 
 impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
     fn importance(&self, _: N) -> N {
-        self.rough.share * self.tinted.reflected.max(self.rough.transmitted).max_element()
+        self.boundary.share * self.tinted.reflected.max(self.boundary.transmitted).max_element()
     }
 
     fn is_delta(&self) -> bool {
-        self.smooth
+        self.boundary.is_delta()
     }
 
     fn lets_through(&self) -> bool {
-        !self.smooth
+        self.boundary.lets_through()
     }
 
-    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
-        let own = self.rough.value(pair);
+    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
+        let own = self.boundary.eval(pair);
         if self.tinted.is_plain() { own } else { own * self.factors(pair.tilt)[0] }
     }
 
-    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
-        let own = self.rough.value_through(pair);
-        if self.tinted.is_plain() { own } else { own * self.factors(self.rough.tilt_through(pair))[1] }
+    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
+        let own = self.boundary.eval_through(pair);
+        if self.tinted.is_plain() { own } else { own * self.factors(self.boundary.tilt_through(pair))[1] }
     }
 
-    fn density(&self, pair: &Pair<N>) -> N {
-        if self.smooth { N::ZERO } else { self.rough.density(pair) }
+    fn pdf(&self, pair: &Pair<N>) -> N {
+        self.boundary.pdf(pair)
     }
 
-    fn density_through(&self, pair: &Pair<N>) -> N {
-        if self.smooth { N::ZERO } else { self.rough.density_through(pair) }
+    fn pdf_through(&self, pair: &Pair<N>) -> N {
+        self.boundary.pdf_through(pair)
     }
 
-    fn drawn_world(&self, frame: &Frame<N>, _: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
-        frame.to_world(self.rough.drawn(local, choice, point))
+    fn sample(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+        self.boundary.sample(frame, wo, local, choice, point)
     }
 
     /// A smooth one sends a ray by chance to where it reflects or refracts.
-    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+    fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let drawn = |lane: usize| {
-            let interface = Interface::new(-wo.lane(lane), normal.lane(lane), N::exact_lane(self.eta, lane));
+            let interface = Interface::new(-wo.lane(lane), normal.lane(lane), N::exact_lane(self.boundary.eta, lane));
             let found = DVec3::from(self.at(lane, interface.cos_incident));
             // By the strongest channel, so that no weight is above one.
             let chance = found.max_element();
             match interface.refracted {
                 Some(direction) if u.lane(lane) >= chance => {
-                    (direction, self.rough.transmitted.lane(lane) * (DVec3::ONE - found) / (1.0 - chance))
+                    (direction, self.boundary.transmitted.lane(lane) * (DVec3::ONE - found) / (1.0 - chance))
                 }
                 _ => (interface.reflected, if chance > 0.0 { found / chance } else { DVec3::ZERO }),
             }
         };
-        (N::Vec3::of_lanes(|lane| drawn(lane).0), <N::Vec3 as Vector3<N>>::of_lanes(|lane| drawn(lane).1) * self.rough.share)
+        (N::Vec3::of_lanes(|lane| drawn(lane).0), <N::Vec3 as Vector3<N>>::of_lanes(|lane| drawn(lane).1) * self.boundary.share)
     }
 }
 
@@ -194,31 +191,31 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         self.facets.is_some()
     }
 
-    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
         let Some(facets) = &self.facets else { return N::Vec3::ZERO };
         pair.reflected(self.reflectance(pair.tilt) * self.share, facets).0
     }
 
     /// As the value above, for a light mirrored to there.
-    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
         let Some(facets) = &self.facets else { return N::Vec3::ZERO };
         let folded = pair.folded();
         let rest = N::Vec3::ONE - self.reflectance(folded.tilt);
         folded.reflected(self.transmitted * rest * self.share, facets).0
     }
 
-    fn density(&self, pair: &Pair<N>) -> N {
+    fn pdf(&self, pair: &Pair<N>) -> N {
         let chance = self.reflectance(pair.tilt).max_element();
         self.facets.map_or(N::ZERO, |facets| chance * facets.eval_and_pdf(pair).1)
     }
 
-    fn density_through(&self, pair: &Pair<N>) -> N {
+    fn pdf_through(&self, pair: &Pair<N>) -> N {
         let folded = pair.folded();
         let chance = N::ONE - self.reflectance(folded.tilt).max_element();
         self.facets.map_or(N::ZERO, |facets| chance * facets.eval_and_pdf(&folded).1)
     }
 
-    fn drawn_world(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+    fn sample(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
         let Some(facets) = &self.facets else { return N::Vec3::ZERO };
         let facet = facets.sample_wm(wo, point);
         let up = mirrored::<N>(wo, facet);
@@ -230,7 +227,7 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         N::Vec3::select(chance.above(choice), up, down)
     }
 
-    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+    fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let cosine = normal.dot(wo);
         let found = self.reflectance(cosine);
         let chance = found.max_element();

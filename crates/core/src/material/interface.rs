@@ -42,7 +42,7 @@ impl Interface {
     /// Schlick's reflectance at the *incident* angle, whichever side that is.
     pub fn schlick(&self) -> f64 {
         let r0 = ((1.0 - self.eta) / (1.0 + self.eta)).powi(2);
-        r0 + (1.0 - r0) * fresnel::towards_grazing(self.cos_incident)
+        r0 + (1.0 - r0) * fresnel::schlick_weight(self.cos_incident)
     }
 
     /// Exact unpolarised reflectance; 1 under total reflection.

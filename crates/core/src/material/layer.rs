@@ -4,13 +4,13 @@
 //! What lies below a coat or a fleece gets the light that those leave: min(1 − E(out), 1 − E(in)) of what would come, by the share E that the
 //! cover sends back to a direction. That is the same both ways, exact for mirrors, and with the cover's own lobe never more than all.
 
-use super::base::Base;
-use super::energy::sent_back;
+use super::base::DiffuseBase;
+use super::energy::directional_albedo;
 use super::frame::Frame;
-use super::fresnel::towards_grazing;
+use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, LEAST_ROUGHNESS, mirrored};
 use super::glass_layer::{LayeredDielectric, ThinDielectric};
-use super::lobe::{LobeKind, Pair, Scatters};
+use super::lobe::{LobeFamily, LobeKind, Pair};
 use super::reflectance::Reflectance;
 use super::sheen::Sheen;
 use super::stage::layer;
@@ -37,9 +37,9 @@ impl<N: Number> Coat<N> {
         let share = N::of_lanes(|lane| {
             let (cosine, roughness) = (cosine.lane(lane), self.roughness.lane(lane));
             if roughness > LEAST_ROUGHNESS {
-                sent_back(COAT, roughness, cosine)
+                directional_albedo(COAT, roughness, cosine)
             } else {
-                COAT + (1.0 - COAT) * towards_grazing(cosine)
+                COAT + (1.0 - COAT) * schlick_weight(cosine)
             }
         });
         self.weight * share
@@ -85,19 +85,19 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
         self.reflectance.at(cosine).max_element()
     }
 
-    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
         // Its cosine is not the surface's.
         let own = pair.about(self.facets.normal());
         let sent = own.reflected(self.reflectance.at(pair.tilt), &self.facets).0 * (own.into / pair.into);
         N::Vec3::select(own.into.above(N::ZERO), sent, N::Vec3::ZERO)
     }
 
-    fn density(&self, pair: &Pair<N>) -> N {
+    fn pdf(&self, pair: &Pair<N>) -> N {
         let own = pair.about(self.facets.normal());
         N::select(own.out.above(N::ZERO) & own.into.above(N::ZERO), self.facets.eval_and_pdf(&own).1, N::ZERO)
     }
 
-    fn drawn_world(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
+    fn sample(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
         // What a facet sends below the surface is lost: no other lobe may take it for light that goes through.
         let direction = mirrored::<N>(wo, self.facets.sample_wm(wo, point));
         N::Vec3::select(frame.normal.dot(direction).above(N::ZERO), direction, N::Vec3::ZERO)
@@ -120,7 +120,7 @@ impl<N: Number> LobeKind<N> for Mirror<N> {
         true
     }
 
-    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, _: N) -> (N::Vec3, N::Vec3) {
+    fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, _: N) -> (N::Vec3, N::Vec3) {
         let direction = mirrored::<N>(wo, self.normal);
         // A coat's normal may send it into the surface, where it is lost.
         let above = normal.dot(direction).above(N::ZERO);
@@ -132,7 +132,7 @@ impl<N: Number> LobeKind<N> for Mirror<N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LayerLobe<N: Number> {
     /// What lies below what reflects.
-    Diffuse(Base<N>),
+    Diffuse(DiffuseBase<N>),
     /// Fibres.
     Sheen(Sheen<N>),
     /// Rough facets.
@@ -161,14 +161,14 @@ macro_rules! ask {
 
 /// A lobe with what lies over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layer<N: Number> {
+pub struct CoatedLobe<N: Number> {
     lobe: LayerLobe<N>,
     coating: Coating<N>,
     /// What the choice among lobes goes by, for the direction that the surface is seen from.
     importance: N,
 }
 
-impl<N: Number> Layer<N> {
+impl<N: Number> CoatedLobe<N> {
     /// A lobe under a coating, seen along `wo` about a normal.
     pub(super) fn new(lobe: LayerLobe<N>, coating: Coating<N>, normal: N::Vec3, wo: N::Vec3) -> Self {
         let cosine = match lobe {
@@ -196,7 +196,7 @@ impl<N: Number> Layer<N> {
     }
 }
 
-impl<N: Number> Scatters<N> for Layer<N> {
+impl<N: Number> LobeFamily<N> for CoatedLobe<N> {
     const NOTHING: Self = Self {
         lobe: LayerLobe::Sheen(Sheen { colour: <N::Vec3 as Vector3<N>>::ZERO, roughness: N::ONE }),
         coating: Coating::NONE,
@@ -205,7 +205,7 @@ impl<N: Number> Scatters<N> for Layer<N> {
     const COATED: bool = true;
 }
 
-impl<N: Number> LobeKind<N> for Layer<N> {
+impl<N: Number> LobeKind<N> for CoatedLobe<N> {
     fn importance(&self, _: N) -> N {
         self.importance
     }
@@ -218,38 +218,38 @@ impl<N: Number> LobeKind<N> for Layer<N> {
         ask!(self.lobe, lobe => lobe.lets_through())
     }
 
-    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
         if self.is_delta() {
             return N::Vec3::ZERO;
         }
-        self.coated(pair, || ask!(self.lobe, lobe => lobe.value(pair)))
+        self.coated(pair, || ask!(self.lobe, lobe => lobe.eval(pair)))
     }
 
-    fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
-        self.coated(pair, || ask!(self.lobe, lobe => lobe.diffused(pair)))
+    fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
+        self.coated(pair, || ask!(self.lobe, lobe => lobe.eval_diffuse(pair)))
     }
 
-    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
         if !self.lets_through() {
             return N::Vec3::ZERO;
         }
-        self.coated(pair, || ask!(self.lobe, lobe => lobe.value_through(pair)))
+        self.coated(pair, || ask!(self.lobe, lobe => lobe.eval_through(pair)))
     }
 
-    fn density(&self, pair: &Pair<N>) -> N {
-        ask!(self.lobe, lobe => lobe.density(pair))
+    fn pdf(&self, pair: &Pair<N>) -> N {
+        ask!(self.lobe, lobe => lobe.pdf(pair))
     }
 
-    fn density_through(&self, pair: &Pair<N>) -> N {
-        ask!(self.lobe, lobe => lobe.density_through(pair))
+    fn pdf_through(&self, pair: &Pair<N>) -> N {
+        ask!(self.lobe, lobe => lobe.pdf_through(pair))
     }
 
-    fn drawn_world(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
-        ask!(self.lobe, lobe => lobe.drawn_world(frame, wo, local, choice, point))
+    fn sample(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+        ask!(self.lobe, lobe => lobe.sample(frame, wo, local, choice, point))
     }
 
-    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
-        let (direction, weight) = ask!(self.lobe, lobe => lobe.drawn_delta(normal, wo, u));
+    fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+        let (direction, weight) = ask!(self.lobe, lobe => lobe.sample_delta(normal, wo, u));
         (direction, weight * self.coating.passes(&Pair::new(normal, wo, direction)))
     }
 }

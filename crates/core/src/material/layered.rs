@@ -1,26 +1,25 @@
 //! Layered surfaces: the metallic-roughness model with what glTF's extensions lay over it, under it and into it.
 
 use super::albedo::Albedo;
-use super::base::{Base, Top};
+use super::base::{DiffuseBase, DiffuseCover};
 use super::bsdf::Bsdf;
-use super::energy::{Remainder, interreflected, interreflected_of};
+use super::energy::{Remainder, interreflections};
 use super::film::Film;
 use super::fresnel::{FresnelRule, conductor};
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use super::glass_layer::{LayeredDielectric, ThinDielectric, Tinted};
-use super::layer::{COAT, Coat, Coating, GgxLobe, Layer, LayerLobe, Mirror};
-use super::metallic_roughness::{LEAST_BEND, MetallicRoughness};
+use super::layer::{COAT, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe, Mirror};
+use super::metallic_roughness::{Glass, MetallicRoughness};
 use super::reflectance::Reflectance;
-use super::rough_glass::RoughGlass;
 use super::sheen::Sheen;
-use super::stage::{ReadAt, Stage, layer};
+use super::stage::{LayerStage, ReadAt, layer};
 use crate::number::{Mask, Number, Vector3};
 
 /// Lobes that a layered surface may have.
 pub const MOST_LAYERS: usize = 9;
 
 /// The answer to light of a layered surface at a point.
-pub type LayeredBsdf<N> = Bsdf<N, Layer<N>, MOST_LAYERS>;
+pub type LayeredBsdf<N> = Bsdf<N, CoatedLobe<N>, MOST_LAYERS>;
 
 layer! {
     /// Facets that are combed.
@@ -42,7 +41,7 @@ layer! {
 
 /// A layered surface, at a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layered<S: Stage> {
+pub struct Layered<S: LayerStage> {
     /// What is at its bottom.
     pub base: S::Base,
     /// Index of refraction of the dielectric part.
@@ -71,7 +70,7 @@ pub struct Layered<S: Stage> {
     pub compensated: bool,
 }
 
-impl<S: Stage> Layered<S> {
+impl<S: LayerStage> Layered<S> {
     /// What it is where its fields are read.
     pub fn at<N: Number>(&self, here: &impl ReadAt<S, N>) -> Layered<N> {
         Layered {
@@ -145,21 +144,16 @@ impl<N: Number> Layered<N> {
         bsdf
     }
 
-    /// Where facets are combed.
-    fn is_combed(&self) -> N::Mask {
-        self.combed.map_or(N::Mask::default(), |combed| combed.strength.above(N::ZERO))
-    }
-
-    /// The facets, where some are combed.
-    fn anisotropic(&self) -> Option<Ggx<N>> {
-        self.combed
-            .filter(|_| self.is_combed().any())
-            .map(|combed| Ggx::anisotropic(combed.frame, self.base.roughness, combed.strength))
+    /// Where facets are combed, and those; none where none are.
+    fn anisotropic(&self) -> Option<(N::Mask, Ggx<N>)> {
+        let Combed { strength, frame } = self.combed?;
+        let mask = strength.above(N::ZERO);
+        mask.any().then(|| (mask, Ggx::anisotropic(frame, self.base.roughness, strength)))
     }
 
     /// The facets about a normal.
     fn facets(&self, normal: N::Vec3) -> Ggx<N> {
-        self.anisotropic().unwrap_or_else(|| Ggx::isotropic(normal, self.base.roughness))
+        self.anisotropic().map_or_else(|| Ggx::isotropic(normal, self.base.roughness), |(_, facets)| facets)
     }
 
     /// Adds its lobes, seen along `wo`, to a list of none: where it stays, since it is too large to be handed on.
@@ -190,9 +184,9 @@ impl<N: Number> Layered<N> {
         let reflectance = self.reflectance(self.base.painted() * over);
         self.diffuse(&mut list, &reflectance, over);
         if reflectance.is_some() {
-            let facets = self.facets(normal);
-            let roughness = N::select(self.is_combed(), facets.roughness(), self.base.roughness);
-            list.facets(facets, reflectance, roughness);
+            let own = self.base.roughness;
+            let roughness = self.anisotropic().map_or(own, |(mask, facets)| N::select(mask, facets.roughness(), own));
+            list.facets(self.facets(normal), reflectance, roughness);
         }
         if self.base.glass.is_some() && glassy.any() {
             self.glass(&mut list, through, outside);
@@ -207,40 +201,39 @@ impl<N: Number> Layered<N> {
         });
         let roughness = self.base.roughness;
         // Combed facets are as rough as the rougher way even where the other is smooth.
-        let (combed, anisotropic) = (self.is_combed(), self.anisotropic());
-        let rough = combed | roughness.above(N::from_f64(LEAST_ROUGHNESS));
-        let mut mean = Albedo::mean(roughness);
-        if let Some(facets) = &anisotropic {
-            mean = Albedo::select(combed, Albedo::anisotropic_mean(facets), mean);
+        let (mut rough, mut mean) = (roughness.above(N::from_f64(LEAST_ROUGHNESS)), Albedo::mean(roughness));
+        if let Some((combed, facets)) = &self.anisotropic() {
+            (rough, mean) = (*combed | rough, Albedo::select(*combed, Albedo::anisotropic_mean(facets), mean));
         }
         let (mut sent, mut own) = (zero, N::ZERO);
         let layer = [facets.dielectric[0].max_element() * over, facets.dielectric[1].max_element() * over];
         if self.compensated && rough.any() {
-            own = N::select(rough, interreflected_of(layer[0], layer[1], mean.lost), N::ZERO);
-            let metal = interreflected::<N>(facets.metal, N::ONE, mean.lost) * facets.shares[1];
-            sent = N::Vec3::select(rough, metal + N::Vec3::splat(own * facets.shares[0]), zero);
+            let (dielectric, all) = interreflections::<N>(layer, facets.metal, facets.shares, mean.lost);
+            (own, sent) = (N::select(rough, dielectric, N::ZERO), N::Vec3::select(rough, all, zero));
         }
         if back.max(through).max(sent).max_element().above(N::ZERO).any() {
             let both = through.max_element().above(N::ZERO).any();
             let top = self.top(list, facets, (Remainder::new([layer[0], layer[1], own], roughness), over));
-            list.push(LayerLobe::Diffuse(Base { back, through, interreflected: sent, both, top }));
+            list.push(LayerLobe::Diffuse(DiffuseBase { back, through, interreflected: sent, both, top }));
         }
     }
 
     /// The dielectric facets over the base, in the share `over`: metal beside it takes none of the base's light.
-    fn top(&self, list: &LayeredBuilder<'_, N>, facets: &Reflectance<N>, (remainder, over): (Remainder<N>, N)) -> Top<N> {
+    fn top(
+        &self,
+        list: &LayeredBuilder<'_, N>,
+        facets: &Reflectance<N>,
+        (remainder, over): (Remainder<N>, N),
+    ) -> DiffuseCover<N> {
         let alone = Reflectance { shares: [over, N::ZERO], ..*facets };
         let literal = (self.rule == FresnelRule::Model).then(|| {
             let mixed = Reflectance { shares: [N::ONE - self.base.metallic, self.base.metallic], ..*facets };
             [N::ONE, N::ZERO].map(|cosine| mixed.at(cosine).max_element() * over)
         });
-        let mut top = Top::new(remainder, literal);
-        if let Some(facets) = self.anisotropic() {
-            top = top.anisotropic(self.is_combed(), facets);
-        }
         let filmed = facets.film.map_or(N::Mask::default(), |film| film.share.above(N::ZERO));
         let curved = if facets.exact.is_some() { !N::Mask::default() } else { filmed };
-        top.curved(curved, alone).seen(list.wo, list.normal.dot(list.wo))
+        let curve = curved.any().then_some((curved, alone));
+        DiffuseCover { remainder, anisotropic: self.anisotropic(), curve, literal }.seen(list.wo, list.normal.dot(list.wo))
     }
 
     /// The boundary of glass in its share.
@@ -248,36 +241,17 @@ impl<N: Number> Layered<N> {
         let Some(glass) = self.base.glass else { return };
         let reflected = self.specular_colour.min(N::Vec3::ONE) * self.specular;
         let tinted = Tinted { reflected, film: self.film, rule: self.rule, ior: glass.ior };
-        let roughness = self.base.roughness;
-        let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
-        let part = |of: N::Mask| N::select(of, share, N::ZERO);
-        if self.thin {
-            let facets = self.facets(list.normal);
-            for (of, facets) in [(rough, Some(facets)), (!rough, None)] {
-                if of.any() {
-                    list.push(LayerLobe::ThinDielectric(ThinDielectric {
-                        tinted,
-                        share: part(of),
-                        transmitted: glass.transmitted,
-                        facets,
-                    }));
-                }
-            }
-            return;
-        }
-        // Indices that are nearly the same bend next to nothing, however the facets lie.
-        let bends = N::of_lanes(|lane| (N::exact_lane(glass.ior, lane) - 1.0).abs()).above(N::from_f64(LEAST_BEND));
-        let (rough, eta) = (rough & bends, glass.eta(outside));
-        for (of, smooth) in [(rough, false), (!rough, true)] {
-            if of.any() {
-                let surface = RoughGlass {
-                    eta: N::of_lanes(|lane| N::exact_lane(eta, lane)),
-                    share: part(of),
-                    reflected: N::Vec3::ONE,
-                    transmitted: glass.transmitted,
-                    roughness,
-                };
-                list.push(LayerLobe::Dielectric(LayeredDielectric { tinted, eta, rough: surface, smooth, outside }));
+        let (roughness, transmitted) = (self.base.roughness, glass.transmitted);
+        let (rough, bare) = (roughness.above(N::from_f64(LEAST_ROUGHNESS)), Glass { reflected: N::Vec3::ONE, ..glass });
+        let rough = if self.thin { rough } else { rough & glass.bends() };
+        for (of, is_rough) in [(rough, true), (!rough, false)] {
+            let share = N::select(of, share, N::ZERO);
+            if of.any() && self.thin {
+                let facets = is_rough.then(|| self.facets(list.normal));
+                list.push(LayerLobe::ThinDielectric(ThinDielectric { tinted, share, transmitted, facets }));
+            } else if of.any() {
+                let boundary = bare.boundary(outside, share, is_rough.then_some(roughness));
+                list.push(LayerLobe::Dielectric(LayeredDielectric { tinted, boundary, outside }));
             }
         }
     }
@@ -293,7 +267,7 @@ struct LayeredBuilder<'a, N: Number> {
 
 impl<N: Number> LayeredBuilder<'_, N> {
     fn push(&mut self, lobe: LayerLobe<N>) {
-        self.bsdf.add(Layer::new(lobe, self.coating, self.normal, self.wo));
+        self.bsdf.add(CoatedLobe::new(lobe, self.coating, self.normal, self.wo));
     }
 
     /// Facets where they are rough, a mirror where they are not.

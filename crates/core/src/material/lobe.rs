@@ -2,12 +2,11 @@
 
 use core::f64::consts::PI;
 
+use super::dielectric::Dielectric;
 use super::energy::Remainder;
 use super::frame::Frame;
-use super::fresnel::towards_grazing;
+use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, alpha, mirrored, sample_wm};
-use super::interface::Interface;
-use super::rough_glass::RoughGlass;
 use crate::number::{Mask, Number, Vector3};
 
 /// One way in which a surface sends light back or on.
@@ -43,20 +42,8 @@ pub enum Lobe<N: Number> {
         /// Reflectance at grazing incidence.
         f90: N::Vec3,
     },
-    /// A rough boundary of a dielectric.
-    RoughGlass(RoughGlass<N>),
-    /// A smooth boundary of a dielectric, by Fresnel's equations.
-    Dielectric {
-        /// Index on the side that the ray comes from over the one beyond; in f64, because refraction near the critical angle
-        /// cancels.
-        eta: N::Exact,
-        /// Share of the surface that is such a boundary.
-        share: N,
-        /// Factor of what is reflected.
-        reflected: N::Vec3,
-        /// Factor of what is let through.
-        transmitted: N::Vec3,
-    },
+    /// A boundary of a dielectric, smooth or rough.
+    Dielectric(Dielectric<N>),
 }
 
 /// Two unit directions away from a surface and what the lobes ask of them.
@@ -101,7 +88,7 @@ impl<N: Number> Pair<N> {
 }
 
 /// A lobe that a [`Bsdf`](super::Bsdf) holds.
-pub trait Scatters<N: Number>: LobeKind<N> + Copy + core::fmt::Debug {
+pub trait LobeFamily<N: Number>: LobeKind<N> + Copy + core::fmt::Debug {
     /// A lobe that sends nothing.
     const NOTHING: Self;
     /// Whether there are mirrors about other normals than the surface's.
@@ -121,42 +108,42 @@ pub trait LobeKind<N: Number> {
         false
     }
     /// Its bidirectional reflectance, for a light above the surface.
-    fn value(&self, _pair: &Pair<N>) -> N::Vec3 {
+    fn eval(&self, _pair: &Pair<N>) -> N::Vec3 {
         N::Vec3::ZERO
     }
     /// The part of it that is diffused, with which it answers to lights that make no highlights.
-    fn diffused(&self, _pair: &Pair<N>) -> N::Vec3 {
+    fn eval_diffuse(&self, _pair: &Pair<N>) -> N::Vec3 {
         N::Vec3::ZERO
     }
     /// What it lets through of a light below the surface, over the cosine there.
-    fn value_through(&self, _pair: &Pair<N>) -> N::Vec3 {
+    fn eval_through(&self, _pair: &Pair<N>) -> N::Vec3 {
         N::Vec3::ZERO
     }
-    /// Density by solid angle with which [`Self::drawn_world`] gives the light's direction, both above the surface.
-    fn density(&self, _pair: &Pair<N>) -> N {
+    /// Density by solid angle with which [`Self::sample`] gives the light's direction, both above the surface.
+    fn pdf(&self, _pair: &Pair<N>) -> N {
         N::ZERO
     }
-    /// [`Self::value`] and [`Self::density`].
+    /// [`Self::eval`] and [`Self::pdf`].
     #[inline(always)]
-    fn answer(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        (self.value(pair), self.density(pair))
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        (self.eval(pair), self.pdf(pair))
     }
     /// The same of a light's direction below the surface.
-    fn density_through(&self, _pair: &Pair<N>) -> N {
+    fn pdf_through(&self, _pair: &Pair<N>) -> N {
         N::ZERO
     }
     /// A direction for the way back, in the world and in the frame about the surface's normal, and three numbers in [0, 1). Of a
     /// lobe that is not delta.
-    fn drawn_world(&self, _frame: &Frame<N>, _wo: N::Vec3, _local: N::Vec3, _choice: N, _point: [N; 2]) -> N::Vec3 {
+    fn sample(&self, _frame: &Frame<N>, _wo: N::Vec3, _local: N::Vec3, _choice: N, _point: [N; 2]) -> N::Vec3 {
         N::Vec3::ZERO
     }
     /// Direction and weight of a delta lobe; one that divides its light does so by a number in [0, 1).
-    fn drawn_delta(&self, normal: N::Vec3, _wo: N::Vec3, _u: N) -> (N::Vec3, N::Vec3) {
+    fn sample_delta(&self, normal: N::Vec3, _wo: N::Vec3, _u: N) -> (N::Vec3, N::Vec3) {
         (normal, N::Vec3::ZERO)
     }
 }
 
-impl<N: Number> Scatters<N> for Lobe<N> {
+impl<N: Number> LobeFamily<N> for Lobe<N> {
     const NOTHING: Self = Self::Mirror { f0: <N::Vec3 as Vector3<N>>::ZERO, f90: <N::Vec3 as Vector3<N>>::ZERO };
     const COATED: bool = false;
 }
@@ -164,16 +151,16 @@ impl<N: Number> Scatters<N> for Lobe<N> {
 impl<N: Number> LobeKind<N> for Lobe<N> {
     #[inline(always)]
     fn is_delta(&self) -> bool {
-        matches!(self, Self::Mirror { .. } | Self::Dielectric { .. })
+        matches!(self, Self::Mirror { .. } | Self::Dielectric(Dielectric { roughness: None, .. }))
     }
 
     #[inline(always)]
     fn lets_through(&self) -> bool {
-        matches!(self, Self::RoughGlass(_))
+        matches!(self, Self::Dielectric(Dielectric { roughness: Some(_), .. }))
     }
 
     #[inline(always)]
-    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
         match *self {
             Self::Diffuse { albedo, interreflected, remainder } => {
                 // Matte surfaces of the classic kind have no layer, and look nothing up.
@@ -184,14 +171,14 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 (albedo * base + interreflected * lost) / N::from_f64(PI)
             }
             Self::Lambert { albedo } => albedo / N::from_f64(PI),
-            Self::Rough { .. } => self.answer(pair).0,
-            Self::RoughGlass(glass) => glass.value(pair),
-            Self::Mirror { .. } | Self::Dielectric { .. } => N::Vec3::ZERO,
+            Self::Rough { .. } => self.eval_and_pdf(pair).0,
+            Self::Dielectric(boundary) => boundary.eval(pair),
+            Self::Mirror { .. } => N::Vec3::ZERO,
         }
     }
 
     #[inline(always)]
-    fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
         match *self {
             Self::Diffuse { albedo, remainder, .. } => {
                 let base = if remainder.is_covered() { remainder.towards(pair.into)[0] } else { N::ONE };
@@ -203,30 +190,30 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     }
 
     #[inline(always)]
-    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
-        if let Self::RoughGlass(glass) = self { glass.value_through(pair) } else { N::Vec3::ZERO }
+    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
+        if let Self::Dielectric(boundary) = self { boundary.eval_through(pair) } else { N::Vec3::ZERO }
     }
 
     #[inline(always)]
-    fn density_through(&self, pair: &Pair<N>) -> N {
-        if let Self::RoughGlass(glass) = self { glass.density_through(pair) } else { N::ZERO }
+    fn pdf_through(&self, pair: &Pair<N>) -> N {
+        if let Self::Dielectric(boundary) = self { boundary.pdf_through(pair) } else { N::ZERO }
     }
 
     #[inline(always)]
-    fn density(&self, pair: &Pair<N>) -> N {
+    fn pdf(&self, pair: &Pair<N>) -> N {
         match *self {
             Self::Diffuse { .. } | Self::Lambert { .. } => pair.into / N::from_f64(PI),
-            Self::Rough { .. } => self.answer(pair).1,
-            Self::RoughGlass(glass) => glass.density(pair),
-            Self::Mirror { .. } | Self::Dielectric { .. } => N::ZERO,
+            Self::Rough { .. } => self.eval_and_pdf(pair).1,
+            Self::Dielectric(boundary) => boundary.pdf(pair),
+            Self::Mirror { .. } => N::ZERO,
         }
     }
 
     /// Facets are asked once for both.
     #[inline(always)]
-    fn answer(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let Self::Rough { f0, f90, roughness } = *self else { return (self.value(pair), self.density(pair)) };
-        let reflectance = f0 + (f90 - f0) * towards_grazing(pair.tilt);
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        let Self::Rough { f0, f90, roughness } = *self else { return (self.eval(pair), self.pdf(pair)) };
+        let reflectance = f0 + (f90 - f0) * schlick_weight(pair.tilt);
         let (value, density) = pair.reflected(reflectance, &Ggx::isotropic(pair.normal, roughness));
         // Also where directions are opposite, which have no half.
         let some = f0.max(f90).max_element().above(N::ZERO);
@@ -234,9 +221,9 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     }
 
     #[inline(always)]
-    fn drawn_world(&self, frame: &Frame<N>, _: N::Vec3, local: N::Vec3, choice: N, [u, v]: [N; 2]) -> N::Vec3 {
+    fn sample(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, [u, v]: [N; 2]) -> N::Vec3 {
         frame.to_world(match *self {
-            Self::RoughGlass(glass) => glass.drawn(local, choice, [u, v]),
+            Self::Dielectric(boundary) => return boundary.sample(frame, wo, local, choice, [u, v]),
             Self::Rough { roughness, .. } => {
                 let facet = sample_wm::<N>(local, [alpha(roughness); 2], on_disk([u, v]));
                 let mirrored = mirrored::<N>(local, facet);
@@ -248,24 +235,12 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     }
 
     #[inline(always)]
-    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
-        let Self::Dielectric { eta, share, reflected, transmitted } = *self else {
-            let cosine = normal.dot(wo);
-            return (normal * (N::from_f64(2.0) * cosine) - wo, self.reflectance(cosine));
-        };
-        let mut through = N::Mask::default();
-        let direction = N::Vec3::of_lanes(|lane| {
-            let interface = Interface::new(-wo.lane(lane), normal.lane(lane), N::exact_lane(eta, lane));
-            // Chosen by the share itself, so the weight is the tint.
-            match interface.refracted {
-                Some(direction) if u.lane(lane) >= interface.fresnel() => {
-                    through.set(lane);
-                    direction
-                }
-                _ => interface.reflected,
-            }
-        });
-        (direction, N::Vec3::select(through, transmitted, reflected) * share)
+    fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+        if let Self::Dielectric(boundary) = self {
+            return boundary.sample_delta(normal, wo, u);
+        }
+        let cosine = normal.dot(wo);
+        (normal * (N::from_f64(2.0) * cosine) - wo, self.reflectance(cosine))
     }
 
     #[inline(always)]
@@ -275,10 +250,9 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 (albedo * remainder.shown[0] + interreflected * remainder.shown[1]).max_element()
             }
             Self::Lambert { albedo } => albedo.max_element(),
-            Self::Rough { f0, f90, .. } => (f0 + (f90 - f0) * towards_grazing(cosine.max(N::ZERO))).max_element(),
+            Self::Rough { f0, f90, .. } => (f0 + (f90 - f0) * schlick_weight(cosine.max(N::ZERO))).max_element(),
             Self::Mirror { .. } => self.reflectance(cosine).max_element(),
-            Self::RoughGlass(RoughGlass { share, reflected, transmitted, .. })
-            | Self::Dielectric { share, reflected, transmitted, .. } => share * reflected.max(transmitted).max_element(),
+            Self::Dielectric(boundary) => boundary.importance(cosine),
         }
     }
 }
@@ -296,7 +270,7 @@ impl<N: Number> Lobe<N> {
     #[inline(always)]
     pub fn reflectance(&self, cosine: N) -> N::Vec3 {
         let Self::Mirror { f0, f90 } = *self else { return N::Vec3::ZERO };
-        f0 + (f90 - f0) * towards_grazing(cosine.max(N::ZERO))
+        f0 + (f90 - f0) * schlick_weight(cosine.max(N::ZERO))
     }
 }
 

@@ -2,10 +2,10 @@
 
 use super::albedo::Albedo;
 use super::bsdf::Bsdf;
-use super::energy::{Remainder, interreflected, interreflected_of};
+use super::dielectric::Dielectric;
+use super::energy::{Remainder, interreflections};
 use super::ggx::LEAST_ROUGHNESS;
 use super::lobe::Lobe;
-use super::rough_glass::RoughGlass;
 use crate::number::{Mask, Number, Vector3};
 
 /// What makes a boundary of glass of a share of a surface.
@@ -33,6 +33,19 @@ impl<N: Number> Glass<N> {
         let ior = |lane| N::exact_lane(self.ior, lane);
         N::exact(|lane| if outside.lane(lane) { 1.0 / ior(lane) } else { ior(lane) })
     }
+
+    /// Whether it bends light. Indices that are nearly the same bend next to nothing, however the facets lie.
+    #[inline(always)]
+    pub(super) fn bends(&self) -> N::Mask {
+        N::of_lanes(|lane| (N::exact_lane(self.ior, lane) - 1.0).abs()).above(N::from_f64(LEAST_BEND))
+    }
+
+    /// The boundary of such a share of a surface, smooth or of a roughness.
+    #[inline(always)]
+    pub fn boundary(&self, outside: N::Mask, share: N, roughness: Option<N>) -> Dielectric<N> {
+        let (eta, Self { reflected, transmitted, .. }) = (self.eta(outside), *self);
+        Dielectric { eta, facet_eta: N::of_lanes(|lane| N::exact_lane(eta, lane)), share, reflected, transmitted, roughness }
+    }
 }
 
 /// The inputs of the metallic-roughness model at a point.
@@ -53,7 +66,7 @@ pub struct MetallicRoughness<N: Number> {
 }
 
 /// Least difference of an index from one at which a rough boundary scatters; below, it is smooth.
-pub(super) const LEAST_BEND: f64 = 5e-3;
+const LEAST_BEND: f64 = 5e-3;
 
 impl<N: Number> MetallicRoughness<N> {
     /// Share of the surface that is a boundary of glass.
@@ -109,10 +122,9 @@ impl<N: Number> MetallicRoughness<N> {
         let mean = Albedo::mean(self.roughness);
         let (mut sent, mut own) = (zero, N::ZERO);
         if compensated {
-            own = interreflected_of(layer[0], layer[1], mean.lost);
-            let metal = interreflected::<N>(self.base, N::ONE, mean.lost) * self.metallic;
-            let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
-            sent = N::Vec3::select(rough, metal + N::Vec3::splat(own * dielectric), zero);
+            let all;
+            (own, all) = interreflections::<N>(layer, self.base, [dielectric, self.metallic], mean.lost);
+            sent = N::Vec3::select(self.roughness.above(N::from_f64(LEAST_ROUGHNESS)), all, zero);
         }
         let remainder = Remainder::new([layer[0], layer[1], own], self.roughness).seen_at(cosine, mean);
         (Lobe::Diffuse { albedo, interreflected: sent, remainder }, albedo.max(sent).max_element().above(N::ZERO))
@@ -124,16 +136,15 @@ impl<N: Number> MetallicRoughness<N> {
         Lobe::Mirror { f0: self.f0(), f90: N::Vec3::splat(self.f90()) }
     }
 
-    /// The lobes that answer to a light: diffuse and glossy. How many is known when this is compiled, so nothing is left of
-    /// the list.
+    /// The lobes of local lighting: diffuse and glossy. How many is known when this is compiled, so nothing is left of the list.
     #[inline(always)]
-    pub fn answer(&self, normal: N::Vec3, wo: N::Vec3) -> Bsdf<N> {
+    pub fn local_bsdf(&self, normal: N::Vec3, wo: N::Vec3) -> Bsdf<N> {
         let f0 = self.f0();
         let (diffuse, _) = self.diffuse([N::ONE - self.metallic, N::ONE], normal.dot(wo), false);
         Bsdf::new(normal).with(diffuse).with(Lobe::Rough { f0, f90: N::Vec3::ONE, roughness: self.roughness })
     }
 
-    /// Its lobes for light that goes any way, seen from `wo`: as [`Self::bsdf`], but next to smooth surfaces are mirrors, rough ones
+    /// Its lobes for light that goes any way, seen from `wo`: as [`Self::local_bsdf`], but next to smooth surfaces are mirrors, rough ones
     /// give back what their facets send to each other (where `compensated`), and a boundary of glass, smooth or rough, reflects by itself, so that of the
     /// rest only what is paint or metal does.
     #[inline(always)]
@@ -160,17 +171,11 @@ impl<N: Number> MetallicRoughness<N> {
             }
         }
         let Some(glass) = self.glass.filter(|_| glassy.any()) else { return bsdf };
-        let share = |of| N::select(of, through, N::ZERO);
-        // Indices that are nearly the same bend next to nothing, however the facets lie.
-        let bends = N::of_lanes(|lane| (N::exact_lane(glass.ior, lane) - 1.0).abs()).above(N::from_f64(LEAST_BEND));
-        let rough = rough & bends;
-        let (eta, reflected, transmitted) = (glass.eta(outside), glass.reflected, glass.transmitted);
-        if (!rough).any() {
-            bsdf = bsdf.with(Lobe::Dielectric { eta, share: share(!rough), reflected, transmitted });
-        }
-        if rough.any() {
-            let (share, eta) = (share(rough), N::of_lanes(|lane| N::exact_lane(eta, lane)));
-            bsdf = bsdf.with(Lobe::RoughGlass(RoughGlass { eta, share, reflected, transmitted, roughness: self.roughness }));
+        let rough = rough & glass.bends();
+        for (of, roughness) in [(!rough, None), (rough, Some(self.roughness))] {
+            if of.any() {
+                bsdf = bsdf.with(Lobe::Dielectric(glass.boundary(outside, N::select(of, through, N::ZERO), roughness)));
+            }
         }
         bsdf
     }
@@ -190,15 +195,5 @@ impl<N: Number> MetallicRoughness<N> {
     pub fn is_rough(&self) -> N::Mask {
         let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
         if self.glass.is_some() { N::Mask::default() } else { rough }
-    }
-
-    /// All its lobes: those of [`Self::answer`], and the boundary of glass where some lane has a share of it.
-    #[inline(always)]
-    pub fn bsdf(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> Bsdf<N> {
-        let bsdf = self.answer(normal, wo);
-        let (share, Some(glass)) = (self.through(), self.glass) else { return bsdf };
-        let (eta, reflected, transmitted) = (glass.eta(outside), glass.reflected, glass.transmitted);
-        let some = share.above(N::ZERO).any();
-        if some { bsdf.with(Lobe::Dielectric { eta, share, reflected, transmitted }) } else { bsdf }
     }
 }

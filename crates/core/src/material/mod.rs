@@ -12,14 +12,14 @@
 //! let base = DVec3::new(0.8, 0.2, 0.1);
 //! let paint = MetallicRoughness::<f64> { base, metallic: 0.0, roughness: 0.5, dielectric: 0.04, grazing: 1.0, glass: None };
 //! let (wo, wi) = (DVec3::Y, DVec3::new(0.6, 0.8, 0.0));
-//! let bsdf = paint.bsdf(DVec3::Y, wo, true);
+//! let bsdf = paint.local_bsdf(DVec3::Y, wo);
 //! assert!(bsdf.eval(wo, wi).x > bsdf.eval(wo, wi).y && bsdf.pdf(wo, wi) > 0.0);
 //! ```
 
 mod albedo;
 mod base;
-mod bent;
 mod bsdf;
+mod dielectric;
 mod energy;
 mod film;
 mod frame;
@@ -31,28 +31,28 @@ mod layer;
 mod layered;
 mod lobe;
 mod metallic_roughness;
+mod normal_map;
 mod reflectance;
-mod rough_glass;
 mod sheen;
 mod spectrum;
 mod stage;
 #[cfg(test)]
 mod tests;
 
-pub use bent::{Bent, reflecting_above};
-pub use bsdf::{Bsdf, MOST_LOBES, Sampled};
+pub use bsdf::{Bsdf, BsdfSample, MOST_LOBES};
+pub use dielectric::Dielectric;
 pub use film::Film;
 pub use frame::Frame;
-pub use fresnel::{FresnelRule, conductor, dielectric, environment_reflectance, schlick, towards_grazing};
+pub use fresnel::{FresnelRule, conductor, dielectric, environment_reflectance, schlick, schlick_weight};
 pub(crate) use interface::Interface;
 pub use layer::*;
 pub use layered::*;
-pub use lobe::{Lobe, LobeKind, Pair, Scatters};
+pub use lobe::{Lobe, LobeFamily, LobeKind, Pair};
 pub use metallic_roughness::{Glass, MetallicRoughness};
-pub use rough_glass::RoughGlass;
+pub use normal_map::{NormalMap, reflecting_above};
 pub use sheen::Sheen;
 pub(crate) use spectrum::{Hero, index_at};
-pub use stage::{ReadAt, Stage};
+pub use stage::{LayerStage, ReadAt};
 
 /// What materials read that is tabulated: nothing of it depends on a scene.
 #[derive(Clone, Copy, Debug, Default)]

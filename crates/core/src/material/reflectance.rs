@@ -2,7 +2,7 @@
 //! thin film over it or not.
 
 use super::film::Film;
-use super::fresnel::{conductor, dielectric_in_air, towards_grazing};
+use super::fresnel::{conductor, dielectric_in_air, schlick_weight};
 use crate::number::{Mask, Number, Vector3};
 
 /// Reflectance by the cosine of incidence on a facet.
@@ -39,7 +39,7 @@ impl<N: Number> Reflectance<N> {
     /// The dielectric part's, bare, and that at normal incidence.
     fn of_dielectric(&self, cosine: N) -> (N::Vec3, N::Vec3) {
         let [normal, grazing] = self.dielectric;
-        let rise = self.exact.map_or(towards_grazing(cosine), |ior| {
+        let rise = self.exact.map_or(schlick_weight(cosine), |ior| {
             N::of_lanes(|lane| {
                 let ior = N::exact_lane(ior, lane);
                 let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
@@ -52,7 +52,7 @@ impl<N: Number> Reflectance<N> {
     /// The same of the metal.
     fn of_metal(&self, cosine: N) -> (N::Vec3, N::Vec3) {
         let Some([n, k]) = self.conductor else {
-            return (self.metal + (N::Vec3::ONE - self.metal) * towards_grazing(cosine), self.metal);
+            return (self.metal + (N::Vec3::ONE - self.metal) * schlick_weight(cosine), self.metal);
         };
         let exact = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
             let (n, k) = (n.lane(lane), k.lane(lane));

@@ -34,21 +34,21 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
         self.sent(cosine)
     }
 
-    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
         let half = pair.normal.dot((pair.wo + pair.wi).normalize()).min(N::ONE);
         let cosines = |lane: usize| [pair.out.lane(lane), pair.into.lane(lane), half.lane(lane)];
         self.colour * N::of_lanes(|lane| charlie(self.roughness.lane(lane), cosines(lane)))
     }
 
-    fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
-        self.value(pair)
+    fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
+        self.eval(pair)
     }
 
-    fn density(&self, _: &Pair<N>) -> N {
+    fn pdf(&self, _: &Pair<N>) -> N {
         N::from_f64(0.5 / PI)
     }
 
-    fn drawn_world(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
+    fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
         // Evenly over the hemisphere: equal heights have equal areas (Archimedes).
         let [x, y] = on_disk([N::ONE, point[1]]);
         let height = N::ONE - point[0];

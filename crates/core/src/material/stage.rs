@@ -8,7 +8,7 @@ use super::metallic_roughness::MetallicRoughness;
 use crate::number::Number;
 
 /// What the fields of layers are at a stage, by kind.
-pub trait Stage {
+pub trait LayerStage {
     /// A share, from 0 to 1.
     type Share: Copy + Debug + PartialEq;
     /// A colour whose channels are shares.
@@ -32,7 +32,7 @@ pub trait Stage {
 }
 
 /// At a point, or at one for each lane.
-impl<N: Number> Stage for N {
+impl<N: Number> LayerStage for N {
     type Share = N;
     type Tint = N::Vec3;
     type Colour = N::Vec3;
@@ -46,7 +46,7 @@ impl<N: Number> Stage for N {
 }
 
 /// Reads fields of a stage at a point, or at one for each lane.
-pub trait ReadAt<S: Stage, N: Number> {
+pub trait ReadAt<S: LayerStage, N: Number> {
     /// A share, clamped.
     fn share(&self, input: &S::Share) -> N;
     /// A colour, clamped.
@@ -74,11 +74,11 @@ macro_rules! layer {
     ($(#[$meta:meta])* $Name:ident $($(#[$of:meta])* $field:ident: $Kind:ident by $read:ident;)*) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub struct $Name<S: $crate::material::Stage> {
+        pub struct $Name<S: $crate::material::LayerStage> {
             $($(#[$of])* pub $field: S::$Kind,)*
         }
 
-        impl<S: $crate::material::Stage> $Name<S> {
+        impl<S: $crate::material::LayerStage> $Name<S> {
             /// What it is where its fields are read.
             pub fn at<N: $crate::number::Number>(&self, here: &impl $crate::material::ReadAt<S, N>) -> $Name<N> {
                 $Name { $($field: here.$read(&self.$field),)* }

@@ -58,7 +58,14 @@ fn surfaces(wo: DVec3) -> Vec<(&'static str, Bsdf<f64>)> {
 }
 
 fn frosted(eta: f64, roughness: f64) -> Bsdf<f64> {
-    Bsdf::new(NORMAL).with(Lobe::RoughGlass(RoughGlass { eta, share: 1.0, reflected: WHITE, transmitted: WHITE, roughness }))
+    Bsdf::new(NORMAL).with(Lobe::Dielectric(Dielectric {
+        eta,
+        facet_eta: eta,
+        share: 1.0,
+        reflected: WHITE,
+        transmitted: WHITE,
+        roughness: Some(roughness),
+    }))
 }
 
 /// Rough boundaries from either side, which send light both ways.
@@ -76,7 +83,7 @@ const HEIGHTS: [f64; 3] = [1.0, 0.7, 0.2];
 
 /// Sums the density over cells of the sphere, `rows` of equal height and `columns`, each by a midpoint
 /// rule of its own.
-fn expected<L: Scatters<f64>, const MOST: usize>(
+fn expected<L: LobeFamily<f64>, const MOST: usize>(
     bsdf: &Bsdf<f64, L, MOST>,
     wo: DVec3,
     [rows, columns]: [usize; 2],
@@ -94,7 +101,7 @@ fn expected<L: Scatters<f64>, const MOST: usize>(
 
 /// Directions are drawn with the density that `pdf` states, by χ² over cells of the sphere; what the cells lack of
 /// all samples is what facets lose or comes from a delta lobe.
-fn chi_squared<L: Scatters<f64>, const MOST: usize>(name: &str, bsdf: &Bsdf<f64, L, MOST>, wo: DVec3) {
+fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(name: &str, bsdf: &Bsdf<f64, L, MOST>, wo: DVec3) {
     const COUNT: u64 = 60_000;
     const CELLS: [usize; 2] = [40, 24];
     let height = wo.dot(NORMAL);
@@ -133,12 +140,12 @@ fn chi_squared<L: Scatters<f64>, const MOST: usize>(name: &str, bsdf: &Bsdf<f64,
 }
 
 /// The mean of what a surface sends of white light, and its greatest standard deviation.
-fn furnace<L: Scatters<f64>, const MOST: usize>(bsdf: &Bsdf<f64, L, MOST>, wo: DVec3) -> (DVec3, f64) {
+fn furnace<L: LobeFamily<f64>, const MOST: usize>(bsdf: &Bsdf<f64, L, MOST>, wo: DVec3) -> (DVec3, f64) {
     furnace_of(bsdf, wo, 20_000)
 }
 
 /// The same by so many samples.
-fn furnace_of<L: Scatters<f64>, const MOST: usize>(bsdf: &Bsdf<f64, L, MOST>, wo: DVec3, count: u64) -> (DVec3, f64) {
+fn furnace_of<L: LobeFamily<f64>, const MOST: usize>(bsdf: &Bsdf<f64, L, MOST>, wo: DVec3, count: u64) -> (DVec3, f64) {
     let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
     let frame = Frame::about(NORMAL);
     for weight in (0..count).map(|i| bsdf.sample(&frame, wo, numbers(i)).weight) {
@@ -227,7 +234,14 @@ fn white_metal_in_a_white_furnace() {
 #[test]
 fn no_lobe_makes_light() {
     const COUNT: u64 = 20_000;
-    let glass = Lobe::Dielectric { eta: 1.0 / 1.5, share: 1.0, reflected: WHITE, transmitted: WHITE };
+    let glass = Lobe::Dielectric(Dielectric {
+        eta: 1.0 / 1.5,
+        facet_eta: 1.0 / 1.5,
+        share: 1.0,
+        reflected: WHITE,
+        transmitted: WHITE,
+        roughness: None,
+    });
     let mirror = Lobe::Mirror { f0: DVec3::splat(0.5), f90: WHITE };
     for height in HEIGHTS {
         let below = diffuse(0.5, 0.0, height);
@@ -263,7 +277,7 @@ fn values_head_on() {
     let pi = core::f64::consts::PI;
     let (below, above) = (0.96 * 0.96 / (1.0 - 0.04 - 0.96 / 21.0) / pi, 0.04 * 16.0 / (4.0 * pi));
     assert!((bsdf.eval(NORMAL, NORMAL).x - below - above).abs() < 1e-12);
-    assert!((bsdf.diffuse(NORMAL, NORMAL).x - below).abs() < 1e-12);
+    assert!((bsdf.eval_diffuse(NORMAL, NORMAL).x - below).abs() < 1e-12);
     // Chosen by what is sent, of densities cos/π and D/4.
     let chance = 0.96;
     let density = (chance / pi + 0.04 * 16.0 / (4.0 * pi)) / (chance + 0.04);
@@ -287,12 +301,8 @@ fn delta_lobes_are_kept_apart() {
     let wo = towards(NORMAL, 0.6, 1.0);
     let mirrored = NORMAL * (2.0 * 0.6) - wo;
     let mirror = Bsdf::<f64>::new(NORMAL).with(Lobe::Mirror { f0: DVec3::splat(0.25), f90: WHITE });
-    let glass = Bsdf::<f64>::new(NORMAL).with(Lobe::Dielectric {
-        eta: 1.0 / 1.5,
-        share: 0.5,
-        reflected: WHITE,
-        transmitted: WHITE * 0.5,
-    });
+    let glass = Glass { share: 1.0, ior: 1.5, reflected: WHITE, transmitted: WHITE * 0.5 }.boundary(true, 0.5, None);
+    let glass = Bsdf::<f64>::new(NORMAL).with(Lobe::Dielectric(glass));
     for bsdf in [&mirror, &glass] {
         assert_eq!((bsdf.eval(wo, mirrored), bsdf.pdf(wo, mirrored)), (DVec3::ZERO, 0.0));
     }
@@ -310,6 +320,14 @@ fn delta_lobes_are_kept_apart() {
     }
 }
 
+/// Protects: a lobe that reflects nothing sends nothing back, also between opposite directions, which have no half.
+#[test]
+fn nothing_is_sent_of_no_reflectance() {
+    let bsdf = Bsdf::<f64>::new(NORMAL).with(Lobe::Rough { f0: DVec3::ZERO, f90: DVec3::ZERO, roughness: 0.5 });
+    let wo = towards(NORMAL, 0.6, 1.0);
+    assert_eq!([bsdf.eval(wo, -wo), bsdf.eval(wo, towards(NORMAL, 0.3, 2.0))], [DVec3::ZERO; 2]);
+}
+
 /// Protects: a metal diffuses nothing and reflects its colour, a dielectric the other way round, and glass takes its share.
 #[test]
 fn lobes_of_the_metallic_roughness_model() {
@@ -320,10 +338,9 @@ fn lobes_of_the_metallic_roughness_model() {
     let glass = Some(Glass { share: 0.25, ior: 1.5, reflected: WHITE, transmitted: base });
     let half = of(0.5, glass);
     assert_eq!((half.through(), half.painted(), half.albedo()), (0.125, 0.375, base * 0.375));
-    assert_eq!(half.bsdf(NORMAL, NORMAL, true).lobes().len(), 3);
-    assert_eq!(of(1.0, glass).bsdf(NORMAL, NORMAL, true).lobes().len(), 2);
-    let Some(Lobe::Dielectric { eta, share, .. }) = half.bsdf(NORMAL, NORMAL, false).lobes().last().copied() else {
-        panic!("glass")
-    };
+    assert_eq!(half.transport(NORMAL, NORMAL, true, true).lobes().len(), 3);
+    assert_eq!(of(1.0, glass).transport(NORMAL, NORMAL, true, true).lobes().len(), 2);
+    let inside = half.transport(NORMAL, NORMAL, false, true);
+    let Some(Lobe::Dielectric(Dielectric { eta, share, .. })) = inside.lobes().last().copied() else { panic!("glass") };
     assert_eq!((eta, share), (1.5, 0.125));
 }

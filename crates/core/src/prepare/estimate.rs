@@ -18,7 +18,7 @@ use crate::extent::Uses;
 use crate::film::Plan;
 use crate::generate::{count, counted};
 use crate::light::packed_bytes;
-use crate::light::{Choice, DeltaLight, EmitterList, LightUsage};
+use crate::light::{DeltaLight, EmitterList, LightChoice, LightUsage};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::motion::{ends, simulated_scene};
@@ -46,7 +46,7 @@ pub(crate) fn estimate<R: Real>(setup: &RenderSetup<'_>) -> Memory {
     };
     let random = paths || lens || needs.lamps > 0 || !settings.sampling.is_fixed();
     let lights = needs.lamps.saturating_add(scene.lights.len() as u64);
-    let choice = if paths { Choice::bytes_of(lights, needs.lamps).saturating_add(LightUsage::bytes_of(lights)) } else { 0 };
+    let choice = if paths { LightChoice::bytes_of(lights, needs.lamps).saturating_add(LightUsage::bytes_of(lights)) } else { 0 };
     let plan = Plan::new(settings, random);
     let times = |count: u64, each: usize| count.saturating_mul(each as u64);
     let tables = [

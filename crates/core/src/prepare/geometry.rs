@@ -11,7 +11,7 @@ use raywright_bvh::{AcceleratorKind, Geometry, Occlusion, PrimitiveSet, Real, Si
 use super::collapse::{collapsed, collapses, rounded};
 use super::error::{PrepareError, go_on};
 use crate::extent::Uses;
-use crate::generate::{Shown, all};
+use crate::generate::{PlacedObject, all};
 use crate::lookup::Lookup;
 use crate::observer::Observer;
 use crate::scene::{MeshData, Object, Scene, Shape, SideRule};
@@ -94,7 +94,7 @@ pub(super) const BLOCK: usize = 1 << 10;
 
 /// The material of each object, by index.
 pub(super) fn materials(scene: &Scene, lookup: &Lookup<'_>) -> Result<Vec<u32>, PrepareError> {
-    let material = |(index, shown): (usize, Shown<'_>)| match lookup.material(&shown.object.material) {
+    let material = |(index, shown): (usize, PlacedObject<'_>)| match lookup.material(&shown.object.material) {
         Some((material, _)) => Ok(material as u32),
         None => Err(PrepareError::Missing {
             path: format!("objects[{index}].material"),
@@ -174,7 +174,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         }
     }
 
-    fn add(&mut self, index: usize, shown: &Shown<'a>, material: u32, facet: &Facet) -> Result<(), PrepareError> {
+    fn add(&mut self, index: usize, shown: &PlacedObject<'a>, material: u32, facet: &Facet) -> Result<(), PrepareError> {
         let visibility = visibility(shown.object, facet);
         let mesh = match &shown.object.shape {
             Shape::Mesh(name) => Some(self.mesh(index, shown, name, visibility, facet)?),
@@ -196,7 +196,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
     fn mesh(
         &mut self,
         index: usize,
-        shown: &Shown<'a>,
+        shown: &PlacedObject<'a>,
         name: &'a str,
         visibility: Visibility,
         facet: &Facet,
@@ -290,7 +290,13 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
     ///
     /// # Errors
     /// A shape that the geometry refuses.
-    fn shape(&mut self, index: usize, shape: &Shape, shown: &Shown<'_>, visibility: Visibility) -> Result<(), PrepareError> {
+    fn shape(
+        &mut self,
+        index: usize,
+        shape: &Shape,
+        shown: &PlacedObject<'_>,
+        visibility: Visibility,
+    ) -> Result<(), PrepareError> {
         let map = shown.map();
         let moved_only = map.matrix3 == DMat3::IDENTITY;
         let offset = if moved_only { map.translation } else { DVec3::ZERO };

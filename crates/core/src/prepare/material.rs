@@ -6,11 +6,11 @@ mod physical;
 
 use raywright_bvh::{Real, Vector};
 
-pub(crate) use classic::{Classic, Mixture, Specular};
+pub(crate) use classic::{ClassicInputs, MixtureInputs, SpecularInputs};
 pub(super) use layered::Context;
 use layered::is_directed;
-pub(crate) use layered::{Directions, Inputs, LayeredInputs, Thickness, count_layered};
-pub(crate) use physical::{Alpha, Boundary, Index, Passage, Physical};
+pub(crate) use layered::{Directions, InputStage, LayeredInputs, Thickness, count_layered};
+pub(crate) use physical::{Alpha, Boundary, Index, Passage, PhysicalInputs};
 
 use super::error::PrepareError;
 use super::inputs::Compiler;
@@ -31,8 +31,8 @@ pub(super) fn tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {
 /// What a surface does to light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Material<R: Real> {
-    Classic(Classic<R>),
-    Physical(Physical<R>),
+    Classic(ClassicInputs<R>),
+    Physical(PhysicalInputs<R>),
     /// No object has it, so nothing of it is prepared.
     Unused,
 }
@@ -132,6 +132,11 @@ pub(super) fn prepare<R: Real>(
             physical::physical(m, inputs, context).map(Material::Physical)
         }
     }
+}
+
+/// What a part of a material is prepared as, where there is one.
+fn prepared<T, P>(part: Option<T>, prepare: impl FnOnce(T) -> Result<P, PrepareError>) -> Result<Option<P>, PrepareError> {
+    part.map(prepare).transpose()
 }
 
 fn vector<R: Real>(c: Colour) -> R::Vec3 {

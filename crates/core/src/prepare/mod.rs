@@ -35,7 +35,8 @@ pub use gap::ClosedGap;
 use geometry::Facet;
 pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
 pub(crate) use material::{
-    Alpha, Boundary, Classic, Directions, Index, Inputs, LayeredInputs, Material, Mixture, Passage, Physical, Specular, Thickness,
+    Alpha, Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material, MixtureInputs, Passage,
+    PhysicalInputs, SpecularInputs, Thickness,
 };
 use prepared::Rules;
 pub(crate) use prepared::Spawn;

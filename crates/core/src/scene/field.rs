@@ -21,7 +21,7 @@ pub enum Bounds {
 
 /// A value that is the same everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Constant {
+pub enum ConstantValue {
     /// A number.
     Number(f64),
     /// A colour.
@@ -68,7 +68,7 @@ pub trait FieldValue {
         None
     }
     /// The value, where it is the same everywhere.
-    fn constant_value(&self) -> Option<Constant> {
+    fn constant_value(&self) -> Option<ConstantValue> {
         None
     }
     /// Turns an image into its factor, a checkerboard into the mean of its colours.
@@ -85,14 +85,14 @@ impl FieldValue for bool {}
 impl FieldValue for u32 {}
 
 impl FieldValue for f64 {
-    fn constant_value(&self) -> Option<Constant> {
-        Some(Constant::Number(*self))
+    fn constant_value(&self) -> Option<ConstantValue> {
+        Some(ConstantValue::Number(*self))
     }
 }
 
 impl FieldValue for Option<f64> {
-    fn constant_value(&self) -> Option<Constant> {
-        self.map(Constant::Number)
+    fn constant_value(&self) -> Option<ConstantValue> {
+        self.map(ConstantValue::Number)
     }
 }
 
@@ -119,10 +119,10 @@ impl<T: Value> FieldValue for Input<T> {
         };
         *self = Self::Constant(T::of_colour(colour).unwrap_or_else(|| T::of_number(colour.0[0])));
     }
-    fn constant_value(&self) -> Option<Constant> {
+    fn constant_value(&self) -> Option<ConstantValue> {
         let is_number = T::of_colour(Colour::BLACK).is_none();
         let value = self.constant()?.colour();
-        Some(if is_number { Constant::Number(value.0[0]) } else { Constant::Colour(value) })
+        Some(if is_number { ConstantValue::Number(value.0[0]) } else { ConstantValue::Colour(value) })
     }
 }
 
@@ -141,8 +141,8 @@ impl FieldValue for Option<TextureRef> {
 }
 
 impl FieldValue for Colour {
-    fn constant_value(&self) -> Option<Constant> {
-        Some(Constant::Colour(*self))
+    fn constant_value(&self) -> Option<ConstantValue> {
+        Some(ConstantValue::Colour(*self))
     }
 }
 

@@ -18,7 +18,7 @@ mod object;
 mod render;
 
 pub use camera::{Camera, Pinhole, Pose, Projection};
-pub use field::{Bounds, Constant, Field, FieldValue, Fields};
+pub use field::{Bounds, ConstantValue, Field, FieldValue, Fields};
 pub use input::{
     Channel, Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput, TextureRef, Value, Weight,
 };

@@ -3,7 +3,7 @@
 use super::check::Check;
 use crate::expr::Scope;
 use crate::scene::{
-    AlphaMode, Bounds, Classic, Colour, ColourInput, Constant, FieldValue, Fields, MOST_UV_SETS, Mixture, Model, Physical,
+    AlphaMode, Bounds, Classic, Colour, ColourInput, ConstantValue, FieldValue, Fields, MOST_UV_SETS, Mixture, Model, Physical,
     TextureRef, TransmissionChoice, Weight,
 };
 
@@ -108,18 +108,18 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
 }
 
 /// What a constant may be.
-fn bounded(check: &mut Check<'_>, constant: Option<Constant>, bounds: Bounds) {
+fn bounded(check: &mut Check<'_>, constant: Option<ConstantValue>, bounds: Bounds) {
     match (constant, bounds) {
-        (Some(Constant::Number(number)), Bounds::Within(least, most)) => check.within("", number, least, most),
-        (Some(Constant::Number(number)), Bounds::Finite) => check.finite("", number),
-        (Some(Constant::Number(number)), Bounds::Length) => check.length("", number),
-        (Some(Constant::Colour(Colour(channels))), Bounds::Within(least, most)) => {
+        (Some(ConstantValue::Number(number)), Bounds::Within(least, most)) => check.within("", number, least, most),
+        (Some(ConstantValue::Number(number)), Bounds::Finite) => check.finite("", number),
+        (Some(ConstantValue::Number(number)), Bounds::Length) => check.length("", number),
+        (Some(ConstantValue::Colour(Colour(channels))), Bounds::Within(least, most)) => {
             for (i, channel) in channels.into_iter().enumerate() {
                 check.element(i, |check| check.within("", channel, least, most));
             }
         }
-        (Some(Constant::Colour(colour)), Bounds::Colour) => check.colour("", colour),
-        (Some(Constant::Colour(colour)), Bounds::Light) => check.light("", colour),
+        (Some(ConstantValue::Colour(colour)), Bounds::Colour) => check.colour("", colour),
+        (Some(ConstantValue::Colour(colour)), Bounds::Light) => check.light("", colour),
         _ => {}
     }
 }

@@ -86,8 +86,8 @@ impl Surface {
         let &Self { base, metallic, roughness, f0 } = self;
         let model =
             MetallicRoughness::<f64> { base: base.into(), metallic, roughness, dielectric: f0, grazing: 1.0, glass: None };
-        let lobes = model.answer(normal, v);
-        let value = if highlights { lobes.eval(v, l) } else { lobes.diffuse(v, l) };
+        let lobes = model.local_bsdf(normal, v);
+        let value = if highlights { lobes.eval(v, l) } else { lobes.eval_diffuse(v, l) };
         (value * (PI * normal.dot(l).max(0.0))).to_array()
     }
 }

@@ -4,7 +4,7 @@ use raywright_bvh::{Real, Vector};
 
 use crate::interaction::Interaction;
 use crate::material::{Bsdf, Lobe, MetallicRoughness};
-use crate::prepare::{Classic, Specular};
+use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::scene::SpecularModel;
 use crate::texture::Here;
 
@@ -12,15 +12,13 @@ use crate::texture::Here;
 /// `reflection` a mirror of its weight at every angle, `transmission` a smooth dielectric. What all of them together would send back
 /// beyond one is taken from the diffuse one.
 #[inline(always)]
-pub(super) fn lobes<R: Real>(m: &Classic<R>, here: &Here<'_, R>, at: &Interaction<R>, normal: R::Vec3) -> Bsdf<R> {
+pub(super) fn lobes<R: Real>(m: &ClassicInputs<R>, here: &Here<'_, R>, at: &Interaction<R>, normal: R::Vec3) -> Bsdf<R> {
     let colour = m.colour.colour(here);
     let local = unit(m.local.number(here));
     let mut bsdf = Bsdf::new(normal);
     let mut taken = R::Vec3::ZERO;
     if let Some(transmission) = &m.transmission {
-        let glass = &transmission.glass;
-        let (reflected, transmitted) = (glass.reflected, glass.transmitted);
-        bsdf = bsdf.with(Lobe::Dielectric { eta: glass.eta(at.outside), share: R::ONE, reflected, transmitted });
+        bsdf = bsdf.with(Lobe::Dielectric(transmission.glass.boundary(at.outside, R::ONE, None)));
         taken = R::Vec3::ONE;
     } else if let Some(reflection) = &m.reflection {
         let weight = R::Vec3::splat(unit(reflection.weight.number(here)));
@@ -42,14 +40,14 @@ pub(super) fn lobes<R: Real>(m: &Classic<R>, here: &Here<'_, R>, at: &Interactio
 
 /// A matte surface as a physical one that reflects nothing: the same numbers as its one lobe.
 #[inline(always)]
-pub(super) fn matte<R: Real>(m: &Classic<R>, here: &Here<'_, R>) -> MetallicRoughness<R> {
+pub(super) fn matte<R: Real>(m: &ClassicInputs<R>, here: &Here<'_, R>) -> MetallicRoughness<R> {
     let base = unit_colour::<R>(m.colour.colour(here) * (unit(m.local.number(here)) * m.diffuse.number(here)));
     MetallicRoughness { base, metallic: R::ZERO, roughness: R::ONE, dielectric: R::ZERO, grazing: R::ZERO, glass: None }
 }
 
 /// The perceptual roughness √α of a highlight's exponent: α = √(2/(n + 2)) about the half vector ("Microfacet Models for Refraction
 /// through Rough Surfaces", Walter et al. 2007); about the mirrored view a highlight is as wide at a quarter of the exponent.
-fn roughness<R: Real>(specular: &Specular<R>) -> R {
+fn roughness<R: Real>(specular: &SpecularInputs<R>) -> R {
     let exponent = f64::from(specular.exponent);
     let about_half = match specular.model {
         SpecularModel::Blinn | SpecularModel::BlinnReflected => exponent,

@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
-use super::super::shadow::Product;
+use super::super::shadow::Transmittance;
 use super::super::{General, Leg};
 use super::respond::LightResponse;
 use super::{PathState, PathTracer, weight};
@@ -42,7 +42,7 @@ impl MisStrategy {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Draws a light and a point of it for a surface with a normal; none where nothing of it can be sent back.
+    /// VertexSamples a light and a point of it for a surface with a normal; none where nothing of it can be sent back.
     #[inline(always)]
     pub(super) fn query(
         &self,
@@ -54,7 +54,15 @@ impl<R: Real> PathTracer<'_, R> {
         let ChosenLight { light, probability, from, position } =
             self.choose_light(path, at, if lets_through { Vector::ZERO } else { normal })?;
         let seen = self.scene.lights.sample(light, from, position, probability)?;
-        self.query_of(light, &seen, at, normal, lets_through)
+        let (facing, zero) = (normal.dot(seen.direction), R::ZERO);
+        // Above the shading normal's horizon and the surface's own, or below both of what lets light through.
+        let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
+        let through = facing < zero;
+        if facing == zero || (geometric.dot(seen.direction) < zero) != through || through && !lets_through {
+            return None;
+        }
+        let strategy = self.strategy(light, seen.density)?;
+        Some(LightQuery { light, seen, facing, through, strategy })
     }
 
     /// The light that a point asks; `lit`: the normal on the side that is lit, zero where both are.
@@ -67,27 +75,6 @@ impl<R: Real> PathTracer<'_, R> {
         let ([coarse, fine, u, v], from) = (path.draws.light, at.surface.point);
         let (light, probability) = choice.draw::<R>(from, lit, [coarse, fine])?;
         Some(ChosenLight { light, probability, from, position: [u, v] })
-    }
-
-    /// [`Self::query`] of a light that was drawn.
-    #[inline(always)]
-    pub(super) fn query_of(
-        &self,
-        light: LightId,
-        seen: &LightSample<R>,
-        at: &Interaction<R>,
-        normal: R::Vec3,
-        lets_through: bool,
-    ) -> Option<LightQuery<R>> {
-        let (facing, zero) = (normal.dot(seen.direction), R::ZERO);
-        // Above the shading normal's horizon and the surface's own, or below both of what lets light through.
-        let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
-        let through = facing < zero;
-        if facing == zero || (geometric.dot(seen.direction) < zero) != through || through && !lets_through {
-            return None;
-        }
-        let strategy = self.strategy(light, seen.density)?;
-        Some(LightQuery { light, seen: *seen, facing, through, strategy })
     }
 
     /// What a light asks of a surface that would be drawn with a density; none: it is found by scattering alone.
@@ -190,7 +177,7 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline(always)]
     pub(super) fn passes(&mut self, ray: &Ray<R>, range: Interval<R>, target: Option<&Target<R>>, sizeless: bool) -> R {
         self.counters.shadow += 1;
-        let mut product = Product::default();
+        let mut product = Transmittance::default();
         let blocked = self.scene.geometry.any(
             ray,
             range,

@@ -6,7 +6,7 @@ use super::super::{General, Leg};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{Frame, Glass, Hero, LayeredBsdf, MetallicRoughness, ReadAt, index_at};
-use crate::prepare::{Boundary, Directions, Inputs, LayeredInputs, Physical, Prepared, Thickness};
+use crate::prepare::{Boundary, Directions, InputStage, LayeredInputs, PhysicalInputs, Prepared, Thickness};
 use crate::sampler::{Address, Purpose, pair};
 use crate::texture::{Bump, Here, Input, Product};
 
@@ -18,7 +18,7 @@ impl<R: Real> PathTracer<'_, R> {
         path: &mut PathState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-        (m, layered): (&Physical<R>, &LayeredInputs<R>),
+        (m, layered): (&PhysicalInputs<R>, &LayeredInputs<R>),
     ) -> bool {
         let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
         let bent = self.layers_at(path, hit, at, (m, layered), &mut bsdf);
@@ -31,7 +31,7 @@ impl<R: Real> PathTracer<'_, R> {
         path: &mut PathState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-        (m, layered): (&Physical<R>, &LayeredInputs<R>),
+        (m, layered): (&PhysicalInputs<R>, &LayeredInputs<R>),
         bsdf: &mut LayeredBsdf<R>,
     ) -> Option<Glass<R>> {
         let here = self.scene.sources.at(at);
@@ -47,7 +47,7 @@ impl<R: Real> PathTracer<'_, R> {
             glass.ior = ior;
         }
         let two_sided = base.glass.is_some() || layered.diffused.is_some();
-        let normal = if two_sided { at.towards() } else { at.normal };
+        let normal = if two_sided { at.facing_normal() } else { at.normal };
         let base = MetallicRoughness { dielectric: boundary.f0, ..base };
         let bumpy = m.bump.is_some();
         let model = layered.at(&PointReader { scene: self.scene, leg: &path.leg, hit, at, here, normal, bumpy, base, ior });
@@ -72,7 +72,7 @@ struct PointReader<'a, R: Real> {
     ior: f64,
 }
 
-impl<R: Real> ReadAt<Inputs<R>, R> for PointReader<'_, R> {
+impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
     fn share(&self, input: &Product<R>) -> R {
         Real::clamp(input.number(&self.here).max(R::ZERO), R::ZERO, R::ONE)
     }
@@ -104,7 +104,9 @@ impl<R: Real> ReadAt<Inputs<R>, R> for PointReader<'_, R> {
         let (at, normal) = (self.at, self.normal);
         let own = if self.bumpy || input.is_some() {
             let smooth = Interaction::smooth::<General>(self.scene, self.leg, self.hit);
-            input.as_ref().map_or(smooth.normal, |bump| smooth.bent(bump, self.scene, self.leg, self.hit))
+            input
+                .as_ref()
+                .map_or(smooth.normal, |bump| smooth.normal_map(bump, self.scene, self.leg, self.hit).perturbed_normal())
         } else {
             at.normal
         };

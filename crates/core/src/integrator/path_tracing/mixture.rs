@@ -7,23 +7,23 @@ use raywright_bvh::{Real, Vector};
 use super::scatter::ScatteredRay;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::material::{Bsdf, Frame, Interface, Lobe, Sampled, towards_grazing};
-use crate::prepare::Mixture;
+use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lobe, schlick_weight};
+use crate::prepare::MixtureInputs;
 
 /// Least chance by which the published shader divides.
 const LEAST_CHANCE: f64 = 0.001;
 
 /// A surface of a mixture as a ray meets it.
-struct Met {
+struct MixtureChances {
     /// Chances of being mirrored and of going through; the rest is diffused.
     mirrored: f64,
     through: f64,
     interface: Interface,
 }
 
-impl Met {
-    fn new<R: Real>(m: &Mixture<R>, at: &Interaction<R>) -> Self {
-        let normal = at.towards();
+impl MixtureChances {
+    fn new<R: Real>(m: &MixtureInputs<R>, at: &Interaction<R>) -> Self {
+        let normal = at.facing_normal();
         let eta = m.ior.map_or(1.0, |ior| if at.outside { 1.0 / ior } else { ior });
         let interface = Interface::new(at.direction.to_f64(), normal.to_f64(), eta);
         let s = m.specular_chance;
@@ -35,7 +35,7 @@ impl Met {
                 Some(refracted) => {
                     let cosine = if eta > 1.0 { -refracted.dot(normal.to_f64()) } else { interface.cos_incident };
                     let r0 = ((1.0 - eta) / (1.0 + eta)).powi(2);
-                    r0 + (1.0 - r0) * towards_grazing(cosine.max(0.0))
+                    r0 + (1.0 - r0) * schlick_weight(cosine.max(0.0))
                 }
             };
             mirrored = s + (1.0 - s) * fresnel;
@@ -51,8 +51,8 @@ impl Met {
 impl<R: Real> PathTracer<'_, R> {
     /// Sends a path on from such a surface; whether it goes on.
     #[inline(never)]
-    pub(super) fn mixed(&mut self, path: &mut PathState<R>, at: &Interaction<R>, m: &Mixture<R>, albedo: R::Vec3) -> bool {
-        let (met, normal) = (Met::new(m, at), at.towards());
+    pub(super) fn mixed(&mut self, path: &mut PathState<R>, at: &Interaction<R>, m: &MixtureInputs<R>, albedo: R::Vec3) -> bool {
+        let (met, normal) = (MixtureChances::new(m, at), at.facing_normal());
         let diffused = 1.0 - met.mirrored - met.through;
         if !m.published_roulette && diffused > 0.0 {
             let matte = Bsdf::new(normal).with(Lobe::Lambert { albedo: albedo * R::from_f64(diffused) });
@@ -76,22 +76,14 @@ impl<R: Real> PathTracer<'_, R> {
         };
         let priced = side == one && way >= met.mirrored && !m.published_roulette;
         let density = if priced { R::from_f64(diffused / PI) * normal.dot(h) } else { R::ZERO };
-        let mut drawn = Sampled { some: true, direction, weight, density, delta: !priced };
+        let mut drawn = BsdfSample { some: true, direction, weight, density, delta: !priced };
         if m.published_roulette {
             let Some(weight) = published::<R>(path.throughput, weight, chance, luck) else { return false };
             drawn.weight = weight;
         }
         let ray = self.scene.spawn(at, direction, if normal == at.normal { side } else { -side });
-        let (mirrored, through) = (way < met.mirrored, side != one);
-        let goes_on =
-            self.go_on(path, at, &drawn, ScatteredRay { ray, rest: Vector::ZERO, lit: normal, through, straight: false });
-        let rays = match (mirrored, through) {
-            (true, _) => &mut self.counters.reflection,
-            (_, true) => &mut self.counters.refraction,
-            _ => &mut self.counters.scatter,
-        };
-        *rays += u64::from(goes_on);
-        goes_on
+        let (smooth, through) = (way < met.mirrored, side != one);
+        self.go_on(path, at, &drawn, ScatteredRay { ray, rest: Vector::ZERO, lit: normal, smooth, through, straight: false })
     }
 }
 

@@ -10,7 +10,7 @@ use super::layered::wavelength;
 use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::MetallicRoughness;
-use crate::prepare::{Boundary, Classic, Material};
+use crate::prepare::{Boundary, ClassicInputs, Material};
 use crate::texture::Here;
 
 impl<R: Real> PathTracer<'_, R> {
@@ -99,8 +99,8 @@ impl<R: Real> PathTracer<'_, R> {
         path: &mut PathState<R>,
         at: &Interaction<R>,
         here: &Here<'_, R>,
-        m: &Classic<R>,
-    ) -> Classic<R> {
+        m: &ClassicInputs<R>,
+    ) -> ClassicInputs<R> {
         let mut own = *m;
         if let Some(transmission) = &mut own.transmission {
             transmission.glass.ior = self.relative_index(path, at, here);

@@ -7,7 +7,7 @@ use raywright_bvh::{Loops, Real, Vector, widest};
 
 use super::vertices::VertexLanes;
 use crate::light::{Column, LANES, Vec3Column};
-use crate::material::{Bent, Bsdf, Frame, Lobe, MetallicRoughness, Sampled, Scatters};
+use crate::material::{Bsdf, BsdfSample, Frame, Lobe, LobeFamily, MetallicRoughness, NormalMap};
 use crate::number::{Lanes, Mask, Number, Vector3};
 
 /// What surfaces answer to a light.
@@ -32,14 +32,14 @@ pub(super) struct LightDirection<N: Number> {
 
 /// What surfaces send back of a light to where they are seen from.
 #[inline(always)]
-pub(super) fn respond<N: Number, L: Scatters<N>, const MOST: usize>(
+pub(super) fn respond<N: Number, L: LobeFamily<N>, const MOST: usize>(
     bsdf: &Bsdf<N, L, MOST>,
     view: N::Vec3,
     LightDirection { direction, through, dull }: LightDirection<N>,
 ) -> LightResponse<N> {
-    let (value, density) = bsdf.answer(view, direction);
+    let (value, density) = bsdf.eval_and_pdf(view, direction);
     let value = if through { bsdf.eval_either(view, direction) } else { value };
-    let diffuse = if dull { bsdf.diffuse(view, direction) } else { N::Vec3::ZERO };
+    let diffuse = if dull { bsdf.eval_diffuse(view, direction) } else { N::Vec3::ZERO };
     LightResponse { value, diffuse, density }
 }
 
@@ -145,17 +145,17 @@ fn both<N: Number, const MOST: usize>(
     view: N::Vec3,
     light: LightDirection<N>,
     numbers: [N; 3],
-) -> (LightResponse<N>, Sampled<N>) {
+) -> (LightResponse<N>, BsdfSample<N>) {
     (respond(bsdf, view, light), bsdf.sample(&Frame::about(bsdf.normal()), view, numbers))
 }
 
-struct Bending<'a, N: Number>(&'a Bent<N>);
+struct PerturbNormals<'a, N: Number>(&'a NormalMap<N>);
 
-impl<N: Number> Loops for Bending<'_, N> {
+impl<N: Number> Loops for PerturbNormals<'_, N> {
     type Output = N::Vec3;
     #[inline(always)]
     fn run(self) -> N::Vec3 {
-        self.0.bent()
+        self.0.perturbed_normal()
     }
 }
 
@@ -169,13 +169,13 @@ fn mask<N: Number>(yes: impl Fn(usize) -> bool) -> N::Mask {
 
 /// Normals that images bend, of at most so many vertices as there are lanes.
 #[inline(always)]
-pub(super) fn bend<'a, R: Real>(these: impl Fn(usize) -> &'a Bent<R>) -> [R::Vec3; LANES] {
+pub(super) fn perturbed_normals<'a, R: Real>(these: impl Fn(usize) -> &'a NormalMap<R>) -> [R::Vec3; LANES] {
     type N = Lanes<LANES>;
     if !R::IS_SINGLE {
-        return from_fn(|lane| these(lane).bent());
+        return from_fn(|lane| these(lane).perturbed_normal());
     }
-    let vectors = |part: fn(&Bent<R>) -> R::Vec3| <N as Number>::Vec3::of_lanes(|lane| part(these(lane)).to_f64());
-    let normals = widest(Bending(&Bent::<N> {
+    let vectors = |part: fn(&NormalMap<R>) -> R::Vec3| <N as Number>::Vec3::of_lanes(|lane| part(these(lane)).to_f64());
+    let normals = widest(PerturbNormals(&NormalMap::<N> {
         normal: vectors(|bent| bent.normal),
         along: vectors(|bent| bent.along),
         mirrored: mask::<N>(|lane| these(lane).mirrored),

@@ -6,14 +6,14 @@ use core::f64::consts::PI;
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector, widest};
 
 use super::classic::matte;
-use super::respond::bend;
+use super::respond::perturbed_normals;
 use super::scatter::ScatteredRay;
 use super::shade::{Shade, ShadedLanes};
 use super::vertices::{VertexLanes, VertexList};
-use super::{PathState, PathTracer, roulette_from};
+use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::light::{Aim, ChosenLight, LANES, LightLanes, put, vector};
-use crate::material::Bent;
+use crate::light::{ChosenLight, LANES, LightLanes, TargetKind, put, vector};
+use crate::material::NormalMap;
 use crate::prepare::{Material, Spawn};
 
 /// A segment of many paths.
@@ -34,25 +34,14 @@ impl<R: Real> Bounce<'_, R> {
 }
 
 /// Vertices on common surfaces by whether they reflect anything, and what lights are asked for them; kept, so that its lists are made once.
+#[derive(Default)]
 pub(super) struct RoughVertices<R: Real> {
     matte: VertexList<R>,
     glossy: VertexList<R>,
     /// Normals that images bend, with the places of their vertices among the glossy ones.
-    bent: Vec<(usize, Bent<R>)>,
+    bent: Vec<(usize, NormalMap<R>)>,
     chosen: Vec<Option<ChosenLight<R>>>,
     lights: Vec<LightLanes<R>>,
-}
-
-impl<R: Real> Default for RoughVertices<R> {
-    fn default() -> Self {
-        Self {
-            matte: VertexList::default(),
-            glossy: VertexList::default(),
-            bent: Vec::new(),
-            chosen: Vec::new(),
-            lights: Vec::new(),
-        }
-    }
 }
 
 impl<R: Real> RoughVertices<R> {
@@ -66,7 +55,7 @@ impl<R: Real> RoughVertices<R> {
     fn bend_normals(&mut self, met: &mut [Interaction<R>]) {
         let vertices = self.glossy.lanes();
         for these in self.bent.chunks(LANES) {
-            let normals = bend(|lane| &these[lane.min(these.len() - 1)].1);
+            let normals = perturbed_normals(|lane| &these[lane.min(these.len() - 1)].1);
             for (&(vertex, _), normal) in these.iter().zip(normals) {
                 let (vertices, lane) = (&mut vertices[vertex / LANES], vertex % LANES);
                 put::<R>(&mut vertices.normal, lane, normal);
@@ -112,9 +101,9 @@ impl<R: Real> PathTracer<'_, R> {
         }
         let (lanes, index) = if is_physical { vertices.glossy.open() } else { vertices.matte.open() };
         if let Some(bump) = bump {
-            vertices.bent.push((index * LANES + lanes.len, at.bending(bump, scene, &path.leg, hit)));
+            vertices.bent.push((index * LANES + lanes.len, at.normal_map(bump, scene, &path.leg, hit)));
         }
-        lanes.push(place, (path, at), (&model, gain), roulette_from(scene.roulette));
+        lanes.push(place, (path, at), (&model, gain), scene.roulette);
         true
     }
 
@@ -155,7 +144,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Draws the lights that vertices ask.
+    /// VertexSamples the lights that vertices ask.
     fn sample_lights(
         &self,
         bounce: &Bounce<'_, R>,
@@ -172,10 +161,10 @@ impl<R: Real> PathTracer<'_, R> {
         self.scene.lights.sample_each(chosen, lights);
         for ((vertices, chosen), lights) in vertices.iter_mut().zip(chosen.chunks(LANES)).zip(lights) {
             for (lane, chosen) in chosen.iter().enumerate() {
-                let asked = chosen.as_ref().filter(|_| lights.aim[lane] != Aim::Nothing);
+                let asked = chosen.as_ref().filter(|_| lights.aim[lane] != TargetKind::Nothing);
                 match asked.and_then(|chosen| self.strategy(chosen.light, lights.density_of(lane))) {
                     Some(strategy) => vertices.strategy[lane] = strategy,
-                    None => lights.aim[lane] = Aim::Nothing,
+                    None => lights.aim[lane] = TargetKind::Nothing,
                 }
             }
         }
@@ -193,10 +182,10 @@ impl<R: Real> PathTracer<'_, R> {
         let place = vertices.place[lane] as usize;
         let (path, at) = (&mut bounce.paths[bounce.going[place] as usize], &bounce.met[place]);
         let sent = vector::<R>(&shaded.sent, lane);
-        let sent = if self.straight_to_lights(light) && lights.aim[lane] != Aim::Target {
+        let sent = if self.straight_to_lights(light) && lights.aim[lane] != TargetKind::Target {
             let length = shaded.length[lane];
             // Where the light is where the ray would start, nothing is in between.
-            let arrives = if length > R::ZERO && (length < R::INFINITY || lights.aim[lane] == Aim::Infinity) {
+            let arrives = if length > R::ZERO && (length < R::INFINITY || lights.aim[lane] == TargetKind::Infinity) {
                 let ray = Ray::new(vector::<R>(&shaded.start, lane), vector::<R>(&shaded.towards, lane)).at_time(at.time);
                 self.passes(&ray, Interval { min: R::ZERO, max: length }, None, lights.is_sizeless(lane))
             } else {
@@ -221,8 +210,7 @@ impl<R: Real> PathTracer<'_, R> {
             ray = self.scene.spawn(at, ray.direction, R::ONE);
         }
         let density = shaded.density[lane].to_f64();
-        let onward = ScatteredRay { ray, rest: Vector::ZERO, lit: at.normal, through: false, straight: false };
+        let onward = ScatteredRay { ray, rest: Vector::ZERO, lit: at.normal, smooth: false, through: false, straight: false };
         self.leave(path, at, (vector::<R>(&shaded.throughput, lane), density), onward);
-        self.counters.scatter += 1;
     }
 }

@@ -2,9 +2,11 @@
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
-use super::{ENDS_FROM, GOES_ON, PathState, PathTracer, PreviousVertex, roulette_from};
+use super::super::spawn::stored;
+use super::roulette::survive;
+use super::{PathState, PathTracer, PreviousVertex};
 use crate::interaction::Interaction;
-use crate::material::{Glass, Interface, Sampled};
+use crate::material::{BsdfSample, Glass};
 use crate::prepare::{Alpha, Material};
 
 /// What scattering takes besides the direction.
@@ -26,7 +28,8 @@ pub(super) struct ScatteredRay<R: Real> {
     pub rest: R::Vec3,
     /// Normal of the side that lights were asked for; zero for both.
     pub lit: R::Vec3,
-    /// Whether it goes through the surface.
+    /// Whether a mirror or clear glass sends it, and whether it goes through the surface.
+    pub smooth: bool,
     pub through: bool,
     /// Whether it does so as shadow rays do.
     pub straight: bool,
@@ -40,7 +43,7 @@ impl<R: Real> PathTracer<'_, R> {
         path: &mut PathState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-        drawn: &Sampled<R>,
+        drawn: &BsdfSample<R>,
         Scattering { normal, lit, bent, coated }: Scattering<'_, R>,
     ) -> bool {
         if !drawn.some {
@@ -53,7 +56,12 @@ impl<R: Real> PathTracer<'_, R> {
             return false;
         }
         let (direction, rest) = match bent {
-            Some(glass) => self.exact(path, hit, at, (glass, through), drawn),
+            // With the digits that storing takes from the direction.
+            Some(glass) => {
+                let interface = self.scene.interface(&path.leg, hit, at, glass);
+                let exact = if through { interface.refracted } else { Some(interface.reflected) };
+                exact.map_or((drawn.direction, Vector::ZERO), stored::<R>)
+            }
             None => (drawn.direction, Vector::ZERO),
         };
         // Starts of rays count from the normal that the object has.
@@ -61,14 +69,7 @@ impl<R: Real> PathTracer<'_, R> {
         // Of delta lobes only walls send light on without an index.
         let straight = coated && drawn.delta && through && self.is_wall(at.material);
         let ray = self.scene.spawn(at, direction, side);
-        let goes_on = self.go_on(path, at, drawn, ScatteredRay { ray, rest, lit, through, straight });
-        let rays = match (drawn.delta, through) {
-            (_, true) => &mut self.counters.refraction,
-            (true, false) => &mut self.counters.reflection,
-            (false, false) => &mut self.counters.scatter,
-        };
-        *rays += u64::from(goes_on);
-        goes_on
+        self.go_on(path, at, drawn, ScatteredRay { ray, rest, lit, smooth: drawn.delta, through, straight })
     }
 
     /// Takes a path on in the direction that was drawn at a vertex, unless chance ends it.
@@ -77,21 +78,12 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         path: &mut PathState<R>,
         at: &Interaction<R>,
-        drawn: &Sampled<R>,
+        drawn: &BsdfSample<R>,
         onward: ScatteredRay<R>,
     ) -> bool {
-        let mut throughput = path.throughput * drawn.weight;
-        if path.traced >= roulette_from(self.scene.roulette) {
-            // Also ends what is no number.
-            let most = if path.traced < ENDS_FROM { R::ONE } else { R::from_f64(GOES_ON) };
-            let survives = throughput.max_element().min(most);
-            let goes_on = R::from_f32(path.draws.scatter[3]) < survives;
-            if !goes_on {
-                return false;
-            }
-            throughput *= R::ONE / survives;
-        }
-        if throughput == Vector::ZERO || !throughput.is_finite() {
+        let most = path.most_survival(self.scene.roulette);
+        let (throughput, goes_on) = survive(path.throughput * drawn.weight, most, R::from_f32(path.draws.scatter[3]));
+        if !goes_on {
             return false;
         }
         let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
@@ -108,6 +100,11 @@ impl<R: Real> PathTracer<'_, R> {
         (throughput, density): (R::Vec3, f64),
         onward: ScatteredRay<R>,
     ) {
+        *match (onward.smooth, onward.through) {
+            (_, true) => &mut self.counters.refraction,
+            (true, false) => &mut self.counters.reflection,
+            (false, false) => &mut self.counters.scatter,
+        } += 1;
         path.leg.go_on(&onward.ray, onward.rest);
         path.throughput = throughput;
         path.address.bounce += 1;
@@ -125,24 +122,5 @@ impl<R: Real> PathTracer<'_, R> {
     /// Whether a material is a wall that lets light straight through, all of it being there.
     fn is_wall(&self, material: u32) -> bool {
         matches!(&self.scene.materials[material as usize], Material::Physical(m) if m.is_wall() && m.alpha == Alpha::Opaque)
-    }
-
-    /// The direction that a boundary of glass sends a ray in, with the digits that storing takes from it.
-    fn exact(
-        &self,
-        path: &PathState<R>,
-        hit: &Hit<R>,
-        at: &Interaction<R>,
-        (glass, through): (&Glass<R>, bool),
-        drawn: &Sampled<R>,
-    ) -> (R::Vec3, R::Vec3) {
-        let side = if at.direction.dot(at.normal) > R::ZERO { -R::ONE } else { R::ONE };
-        let [d, n] = self.scene.exact_directions(&path.leg, hit, at, side);
-        let interface = Interface::new(d, n, glass.eta(at.outside));
-        let exact = if through { interface.refracted } else { Some(interface.reflected) };
-        exact.map_or((drawn.direction, Vector::ZERO), |exact| {
-            let stored = R::Vec3::from_f64(exact);
-            (stored, Vector::from_f64(exact - stored.to_f64()))
-        })
     }
 }

@@ -5,9 +5,10 @@ use raywright_bvh::{Loops, Ray, Real, Vector};
 
 use super::direct::MisStrategy;
 use super::respond::Answers;
+use super::roulette::{is_some, survive};
 use super::vertices::VertexLanes;
 use super::weight;
-use crate::light::{Aim, Column, LANES, LightLanes, Vec3Column, put, vector};
+use crate::light::{Column, LANES, LightLanes, TargetKind, Vec3Column, put, vector};
 
 /// What becomes of vertices.
 #[derive(Clone, Copy)]
@@ -74,7 +75,7 @@ impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
             weighed[lane] = matches!(v.strategy[lane], MisStrategy::Weighed(_));
             dull[lane] = v.strategy[lane].is_dull();
             sizeless[lane] = matches!(v.strategy[lane], MisStrategy::Delta { .. });
-            seen[lane] = lights.aim[lane] != Aim::Nothing;
+            seen[lane] = lights.aim[lane] != TargetKind::Nothing;
         }
         for lane in 0..LANES {
             let (towards, zero) = (vector::<R>(&lights.direction, lane), R::ZERO);
@@ -97,7 +98,7 @@ impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
     #[inline(always)]
     fn aim(&self, out: &mut ShadedLanes<R>) {
         let (v, lights) = (self.vertices, self.lights);
-        if (0..LANES).fold(false, |some, lane| some | (lights.aim[lane] == Aim::Surface)) {
+        if (0..LANES).fold(false, |some, lane| some | (lights.aim[lane] == TargetKind::Surface)) {
             for lane in 0..LANES {
                 let (ray, length) = v.surface.lane(lane).way_to_surface(&lights.surface.lane(lane));
                 put::<R>(&mut out.start, lane, ray.origin);
@@ -105,9 +106,9 @@ impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
                 out.length[lane] = length;
             }
         }
-        if (0..LANES).fold(false, |some, lane| some | (lights.aim[lane] == Aim::Infinity)) {
+        if (0..LANES).fold(false, |some, lane| some | (lights.aim[lane] == TargetKind::Infinity)) {
             for lane in 0..LANES {
-                let far = lights.aim[lane] == Aim::Infinity;
+                let far = lights.aim[lane] == TargetKind::Infinity;
                 let direction = vector::<R>(&lights.direction, lane);
                 let start = v.surface.lane(lane).spawn(direction);
                 let length = if lights.density[lane] == 0.0 { self.reach } else { R::INFINITY };
@@ -123,33 +124,17 @@ impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
     #[inline(always)]
     fn leave(&self, answers: &Answers<R>, out: &mut ShadedLanes<R>) {
         let v = self.vertices;
-        let mut most = [R::INFINITY; LANES];
-        for (most, survival) in most.iter_mut().zip(&v.survival) {
-            *most = survival.unwrap_or(R::INFINITY);
-        }
-        for (lane, &most) in most.iter().enumerate() {
+        for lane in 0..LANES {
             let direction = vector::<R>(&answers.direction, lane);
             // A shading normal must not take a reflection below the surface.
             let below = vector::<R>(&v.geometric, lane).dot(direction) < R::ZERO;
             let throughput = vector::<R>(&v.throughput, lane) * vector::<R>(&answers.weight, lane);
-            // Also ends what is no number.
-            let survives = throughput.max_element().min(most);
-            let may_end = most < R::INFINITY;
-            let divided = throughput * (R::ONE / survives);
-            let throughput = if may_end { divided } else { throughput };
-            let goes_on = !may_end | (v.numbers[3][lane] < survives);
-            out.goes_on[lane] = answers.some[lane] & !below & goes_on & is_some::<R>(throughput);
+            let (throughput, goes_on) = survive(throughput, v.most_survival[lane], v.numbers[3][lane]);
+            out.goes_on[lane] = answers.some[lane] & !below & goes_on;
             put::<R>(&mut out.throughput, lane, throughput);
             put::<R>(&mut out.origin, lane, v.surface.lane(lane).spawn(direction));
         }
     }
-}
-
-/// Whether something is left of what light brings.
-#[inline(always)]
-fn is_some<R: Real>(v: R::Vec3) -> bool {
-    let (x, y, z) = (Real::abs(v.x()), Real::abs(v.y()), Real::abs(v.z()));
-    ((x > R::ZERO) | (y > R::ZERO) | (z > R::ZERO)) & (x < R::INFINITY) & (y < R::INFINITY) & (z < R::INFINITY)
 }
 
 impl<R: Real> ShadedLanes<R> {
@@ -159,3 +144,6 @@ impl<R: Real> ShadedLanes<R> {
         Ray::new(vector::<R>(&self.origin, lane), vector::<R>(&self.direction, lane))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,7 +9,7 @@ use super::scatter::Scattering;
 use super::{PathState, PathTracer, classic};
 use crate::interaction::Interaction;
 use crate::light::{LightId, Target};
-use crate::material::{Bsdf, Frame, Glass, Scatters};
+use crate::material::{Bsdf, Frame, Glass, LobeFamily};
 use crate::prepare::Material;
 
 impl<R: Real> PathTracer<'_, R> {
@@ -18,11 +18,12 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn vertex(&mut self, path: &mut PathState<R>, hit: &Hit<R>, at: &Interaction<R>) -> bool {
         let scene = self.scene;
         let here = scene.sources.at(at);
-        match &scene.materials[at.material as usize] {
+        let material = &scene.materials[at.material as usize];
+        if material.glows() {
+            self.emits(path, hit, at, material.emission_at(&here));
+        }
+        match material {
             Material::Classic(m) => {
-                if let Some(emission) = &m.emission {
-                    self.emits(path, hit, at, emission.colour(&here));
-                }
                 if path.traced >= self.max_depth {
                     return false;
                 }
@@ -36,16 +37,13 @@ impl<R: Real> PathTracer<'_, R> {
                 } else {
                     m
                 };
-                let normal = if m.transmission.is_some() { at.towards() } else { at.normal };
+                let normal = if m.transmission.is_some() { at.facing_normal() } else { at.normal };
                 let bsdf = classic::lobes(m, &here, at, normal);
                 let glass = m.transmission.as_ref().map(|transmission| transmission.glass);
                 // A light without size says how bright it makes a white classic surface that faces it, not what falls on it.
                 self.shade(path, hit, at, &bsdf, (glass.as_ref(), R::from_f64(PI)))
             }
             Material::Physical(m) => {
-                if let Some(emission) = &m.emission {
-                    self.emits(path, hit, at, emission.tint(&here, Vector::ONE));
-                }
                 if m.unlit {
                     let shown = path.throughput * m.base_at(&here);
                     path.radiance += shown;
@@ -62,7 +60,7 @@ impl<R: Real> PathTracer<'_, R> {
                 if self.nests() {
                     self.immersed(path, at, &here, &mut model);
                 }
-                let normal = if model.glass.is_some() { at.towards() } else { at.normal };
+                let normal = if model.glass.is_some() { at.facing_normal() } else { at.normal };
                 let bsdf = model.transport(normal, -at.direction, at.outside, scene.compensates);
                 self.shade(path, hit, at, &bsdf, (model.glass.as_ref(), R::ONE))
             }
@@ -96,7 +94,7 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Asks a light, adds what is sent back of it, and sends the path on; whether it goes on. `gain`: factor on lights without size.
     #[inline(always)]
-    pub(super) fn shade<L: Scatters<R>, const MOST: usize>(
+    pub(super) fn shade<L: LobeFamily<R>, const MOST: usize>(
         &mut self,
         path: &mut PathState<R>,
         hit: &Hit<R>,
@@ -117,7 +115,7 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Adds what a surface sends back of a light, drawn by chance.
     #[inline(always)]
-    pub(super) fn light<L: Scatters<R>, const MOST: usize>(
+    pub(super) fn light<L: LobeFamily<R>, const MOST: usize>(
         &mut self,
         path: &mut PathState<R>,
         at: &Interaction<R>,
@@ -131,13 +129,5 @@ impl<R: Real> PathTracer<'_, R> {
             let response = respond(bsdf, -at.direction, LightDirection { direction, through, dull });
             self.add_direct(path, at, &query, (&response, gain));
         }
-    }
-}
-
-impl<R: Real> Interaction<R> {
-    /// The shading normal on the side that the ray came from, also where the object's points outwards always.
-    #[inline(always)]
-    pub fn towards(&self) -> R::Vec3 {
-        if self.direction.dot(self.normal) > R::ZERO { -self.normal } else { self.normal }
     }
 }

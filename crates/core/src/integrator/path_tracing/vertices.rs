@@ -2,11 +2,12 @@
 
 use raywright_bvh::Real;
 
+use super::PathState;
 use super::direct::MisStrategy;
-use super::{ENDS_FROM, GOES_ON, PathState};
 use crate::interaction::Interaction;
 use crate::light::{Column, LANES, SurfaceLanes, Vec3Column, put};
 use crate::material::MetallicRoughness;
+use crate::settings::Roulette;
 
 /// Some vertices, and the paths that come to them.
 #[derive(Clone, Copy, Debug)]
@@ -29,8 +30,8 @@ pub(super) struct VertexLanes<R: Real> {
     pub throughput: Vec3Column<R>,
     /// Numbers in [0, 1) for the lobe, the direction, and whether the path goes on.
     pub numbers: [Column<R>; 4],
-    /// The greatest chance of a path to go on, of one that chance may end.
-    pub survival: Column<Option<R>>,
+    /// The greatest chance of a path to go on; infinite of one that chance may not end.
+    pub most_survival: Column<R>,
     /// What the light that is asked asks of the surface.
     pub strategy: Column<MisStrategy>,
 }
@@ -50,19 +51,19 @@ impl<R: Real> VertexLanes<R> {
             gain: none[0],
             throughput: none,
             numbers: [none[0]; 4],
-            survival: [None; LANES],
+            most_survival: none[0],
             strategy: [MisStrategy::Value; LANES],
         }
     }
 
-    /// Adds a vertex. `ends_from`: segments after which chance may end a path.
+    /// Adds a vertex.
     #[inline(always)]
     pub fn push(
         &mut self,
         place: u32,
         (path, at): (&PathState<R>, &Interaction<R>),
         (model, gain): (&MetallicRoughness<R>, R),
-        ends_from: u32,
+        roulette: Roulette,
     ) {
         let lane = self.len;
         self.len += 1;
@@ -81,8 +82,7 @@ impl<R: Real> VertexLanes<R> {
         for (column, number) in self.numbers.iter_mut().zip(path.draws.scatter) {
             column[lane] = R::from_f32(number);
         }
-        let most = if path.traced < ENDS_FROM { R::ONE } else { R::from_f64(GOES_ON) };
-        self.survival[lane] = (path.traced >= ends_from).then_some(most);
+        self.most_survival[lane] = path.most_survival(roulette);
     }
 
     #[inline(always)]
@@ -92,16 +92,10 @@ impl<R: Real> VertexLanes<R> {
 }
 
 /// Any number of vertices; kept, so that its list is made once.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct VertexList<R: Real> {
     lanes: Vec<VertexLanes<R>>,
     used: usize,
-}
-
-impl<R: Real> Default for VertexList<R> {
-    fn default() -> Self {
-        Self { lanes: Vec::new(), used: 0 }
-    }
 }
 
 impl<R: Real> VertexList<R> {

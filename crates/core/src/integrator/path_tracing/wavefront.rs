@@ -5,12 +5,13 @@ use raywright_bvh::{Hit, Interval, Real, Vector};
 
 use super::super::{CameraRays, FirstHits, General, PACKET, PathResult, PathResults};
 use super::rough::{Bounce, RoughVertices};
-use super::{Draws, PathState, PathTracer};
+use super::{PathState, PathTracer, VertexSamples};
 use crate::interaction::Interaction;
 use crate::light::Seen;
 use crate::sampler::{Purpose, Sequence, fours};
 
 /// Paths on their way together; kept by who has many, so that its lists are made once.
+#[derive(Default)]
 pub(super) struct Wavefront<R: Real> {
     paths: Vec<PathState<R>>,
     /// Those that have a ray to be traced, by their places.
@@ -27,23 +28,6 @@ pub(super) struct Wavefront<R: Real> {
     /// Which of them go on.
     goes: Vec<bool>,
     first_hits: FirstHits<R>,
-}
-
-impl<R: Real> Default for Wavefront<R> {
-    fn default() -> Self {
-        Self {
-            paths: Vec::new(),
-            going: Vec::new(),
-            hits: Vec::new(),
-            seen: Vec::new(),
-            met: Vec::new(),
-            sequences: Vec::new(),
-            draws: Vec::new(),
-            rough: RoughVertices::default(),
-            goes: Vec::new(),
-            first_hits: FirstHits::default(),
-        }
-    }
 }
 
 impl<R: Real> PathTracer<'_, R> {
@@ -144,7 +128,8 @@ impl<R: Real> PathTracer<'_, R> {
         for (&place, draws) in going.iter().zip(draws.chunks_exact(if asks_lights { 2 } else { 1 })) {
             // Directions are what matters most: they have the first two dimensions of a point, which are the evenest together.
             let [u, v, luck, lobe] = draws[0];
-            paths[place as usize].draws = Draws { scatter: [lobe, u, v, luck], light: draws.get(1).copied().unwrap_or_default() };
+            paths[place as usize].draws =
+                VertexSamples { scatter: [lobe, u, v, luck], light: draws.get(1).copied().unwrap_or_default() };
         }
     }
 

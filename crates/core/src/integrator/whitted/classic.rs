@@ -4,11 +4,12 @@ use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
 
 use super::super::Kernel;
+use super::super::spawn::stored;
 use super::WhittedTracer;
-use super::state::{NextRay, ScatteredRays, Step, WhittedState};
+use super::state::{NextRay, PathStep, ScatteredRays, WhittedState};
 use crate::interaction::{Beam, Interaction};
-use crate::material::{Glass, Interface};
-use crate::prepare::{Classic, Specular};
+use crate::material::Glass;
+use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::sampler::Address;
 use crate::scene::SpecularModel;
 use crate::texture::Here;
@@ -16,7 +17,13 @@ use crate::texture::Here;
 impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// Adds the local term of a classic surface to what the path brings, which then goes on with the rays that leave.
     #[inline(always)]
-    pub(super) fn classic(&mut self, m: &Classic<R>, path: &mut WhittedState<R>, hit: &Hit<R>, at: &Interaction<R>) -> Step<R> {
+    pub(super) fn classic(
+        &mut self,
+        m: &ClassicInputs<R>,
+        path: &mut WhittedState<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+    ) -> PathStep<R> {
         let WhittedState { throughput, segments, address, .. } = *path;
         let radiance = &mut path.radiance;
         let mut here = self.scene.sources.at(at);
@@ -64,7 +71,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the
     /// expressions of reflection weights find them.
     #[inline(always)]
-    fn local(&mut self, m: &Classic<R>, here: &mut Here<'_, R>, colour: R::Vec3, address: Address) -> R::Vec3 {
+    fn local(&mut self, m: &ClassicInputs<R>, here: &mut Here<'_, R>, colour: R::Vec3, address: Address) -> R::Vec3 {
         let (scene, at) = (self.scene, here.at);
         let zero = R::ZERO;
         let n = at.normal;
@@ -118,7 +125,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     }
 
     /// Highlights that belong to the reflection: no shadow ray, as the documented preset's mirror has it.
-    fn highlights(&mut self, specular: &Specular<R>, here: &Here<'_, R>) -> R::Vec3 {
+    fn highlights(&mut self, specular: &SpecularInputs<R>, here: &Here<'_, R>) -> R::Vec3 {
         let mut sum = R::Vec3::ZERO;
         for light in self.scene.lights.delta.iter().filter(|l| l.specular) {
             let Some(seen) = light.sample(here.at.surface.point) else { continue };
@@ -146,13 +153,10 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             return ScatteredRays::NONE;
         }
         // A normal that is not turned to the viewer points away from a ray inside.
-        let side = if at.direction.dot(at.normal) > R::ZERO { -R::ONE } else { R::ONE };
-        let [d, n] = self.scene.exact_directions(&path.leg, hit, at, side);
-        let interface = Interface::new(d, n, glass.eta(at.outside));
+        let (side, interface) = (at.side(), self.scene.interface(&path.leg, hit, at, glass));
         let leaves = |this: &Self, direction: DVec3, side, throughput| {
-            let stored = R::Vec3::from_f64(direction);
-            let rest = R::Vec3::from_f64(direction - stored.to_f64());
-            NextRay { ray: this.scene.spawn(at, stored, side), throughput, rest }
+            let (direction, rest) = stored::<R>(direction);
+            NextRay { ray: this.scene.spawn(at, direction, side), throughput, rest }
         };
         let reflected = |this: &mut Self, throughput| {
             this.counters.reflection += 1;
@@ -184,7 +188,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
 
 /// The shape of a highlight towards a light in unit direction `l`.
 #[inline(always)]
-fn lobe<R: Real>(s: &Specular<R>, at: &Interaction<R>, l: R::Vec3) -> R {
+fn lobe<R: Real>(s: &SpecularInputs<R>, at: &Interaction<R>, l: R::Vec3) -> R {
     let cosine = match s.model {
         SpecularModel::Blinn => at.normal.dot((l - at.direction).normalize()),
         SpecularModel::BlinnReflected => at.normal.dot((l - at.mirrored()).normalize()),

@@ -5,11 +5,11 @@ use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::super::{Kernel, MAX_CUTOUTS};
 use super::WhittedTracer;
-use super::state::{NextRay, ScatteredRays, Step, WhittedState};
+use super::state::{NextRay, PathStep, ScatteredRays, WhittedState};
 use crate::effects::MIRROR_ROUGHNESS;
 use crate::interaction::Interaction;
 use crate::material::{Glass, MetallicRoughness, environment_reflectance};
-use crate::prepare::Physical;
+use crate::prepare::PhysicalInputs;
 use crate::sampler::{Address, Branch};
 
 impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
@@ -17,11 +17,11 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// the path that shows the rest. None where it covers everything, and where the path has waited.
     pub(super) fn cutout(
         &mut self,
-        m: &Physical<R>,
+        m: &PhysicalInputs<R>,
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-    ) -> Option<Step<R>> {
+    ) -> Option<PathStep<R>> {
         if path.met.take().is_some() {
             return None;
         }
@@ -33,12 +33,12 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         if alpha <= R::ZERO {
             path.cutouts += 1;
             if path.cutouts > MAX_CUTOUTS {
-                return Some(Step::Ended);
+                return Some(PathStep::Ended);
             }
             let rest = path.leg.rest;
             path.leg.go_on(&behind, rest);
             path.address.bounce += 1;
-            return Some(Step::Onward);
+            return Some(PathStep::Onward);
         }
         let next = NextRay { ray: behind, throughput: path.throughput * (R::ONE - alpha), rest: path.leg.rest };
         path.throughput *= alpha;
@@ -47,13 +47,19 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         (path.segments > 1).then(|| {
             path.met = Some(*hit);
             // What a camera ray sees through a surface it sees as if nothing were before it.
-            Step::Aside(WhittedState { camera: path.camera, share: behind, ..path.branch(&next, Branch::Behind) })
+            PathStep::Aside(WhittedState { camera: path.camera, share: behind, ..path.branch(&next, Branch::Behind) })
         })
     }
 
     /// Adds what a physical surface sends back by itself to what the path brings, which then goes on with the rays that leave.
     #[inline(always)]
-    pub(super) fn physical(&mut self, m: &Physical<R>, path: &mut WhittedState<R>, hit: &Hit<R>, at: &Interaction<R>) -> Step<R> {
+    pub(super) fn physical(
+        &mut self,
+        m: &PhysicalInputs<R>,
+        path: &mut WhittedState<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+    ) -> PathStep<R> {
         let WhittedState { throughput, segments, address, .. } = *path;
         let radiance = &mut path.radiance;
         let here = self.scene.sources.at(at);
@@ -89,7 +95,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// Light of the lights and of the sky's average, diffused and as rough highlights.
     fn lit(&mut self, model: &MetallicRoughness<R>, at: &Interaction<R>, mirror: bool, address: Address) -> R::Vec3 {
         let (scene, normal, view) = (self.scene, at.normal, -at.direction);
-        let bsdf = model.answer(normal, view);
+        let bsdf = model.local_bsdf(normal, view);
         let zero = R::ZERO;
         let mut sum = R::Vec3::ZERO;
         for light in &scene.lights.delta {
@@ -101,7 +107,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             let share = if light.shadows { self.before(&seen, at, false).share } else { R::ONE };
             if share > zero {
                 let wi = seen.direction;
-                let answer = if light.specular { bsdf.eval(view, wi) } else { bsdf.diffuse(view, wi) };
+                let answer = if light.specular { bsdf.eval(view, wi) } else { bsdf.eval_diffuse(view, wi) };
                 sum += seen.arriving * answer * (facing * share);
             }
         }

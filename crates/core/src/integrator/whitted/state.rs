@@ -70,7 +70,7 @@ impl<R: Real> ScatteredRays<R> {
 }
 
 /// What became of a path.
-pub(crate) enum Step<R: Real> {
+pub(crate) enum PathStep<R: Real> {
     /// It has another ray to be traced.
     Onward,
     /// First this path is to be followed to its end, and what it brings added.
@@ -100,7 +100,7 @@ impl<R: Real> WhittedState<R> {
 
     /// Ends the vertex and takes up what leaves it.
     #[inline(always)]
-    pub fn leave(&mut self, leaving: ScatteredRays<R>) -> Step<R> {
+    pub fn leave(&mut self, leaving: ScatteredRays<R>) -> PathStep<R> {
         let aside = leaving.aside.map(|next| self.branch(&next, Branch::Reflected));
         self.covered += self.share;
         self.share = R::ZERO;
@@ -115,9 +115,9 @@ impl<R: Real> WhittedState<R> {
             _ => self.segments = 0,
         }
         match aside {
-            Some(aside) => Step::Aside(aside),
-            None if self.segments == 0 => Step::Ended,
-            None => Step::Onward,
+            Some(aside) => PathStep::Aside(aside),
+            None if self.segments == 0 => PathStep::Ended,
+            None => PathStep::Onward,
         }
     }
 }

@@ -84,11 +84,11 @@ fn together_or_one_by_one() {
             let way = &mut ways[i];
             let met = way.path.met.or(*hit);
             let mut step = tracer.advance(&mut way.path, met.as_ref());
-            if let Step::Aside(aside) = step {
+            if let PathStep::Aside(aside) = step {
                 way.waiting.push(core::mem::replace(&mut way.path, aside));
                 continue;
             }
-            while matches!(step, Step::Ended) {
+            while matches!(step, PathStep::Ended) {
                 let Some(before) = way.waiting.pop() else {
                     way.ended = true;
                     break;
@@ -96,7 +96,7 @@ fn together_or_one_by_one() {
                 let brought = core::mem::replace(&mut way.path, before);
                 way.path.radiance += brought.radiance;
                 way.path.covered += brought.covered;
-                step = if way.path.segments == 0 { Step::Ended } else { Step::Onward };
+                step = if way.path.segments == 0 { PathStep::Ended } else { PathStep::Onward };
             }
         }
         turns += 1;

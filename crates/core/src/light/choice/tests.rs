@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::hash::mix;
-use crate::light::sky::{Kind, Sky};
+use crate::light::sky::{Sky, SkyKind};
 use crate::light::{DeltaLight, EmitterList, Emitters, Glow};
 use crate::scene::{Colour, Falloff, Light as LightData, LightKind};
 use glam::DVec3;
@@ -17,7 +17,7 @@ fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<f64> {
         list.plain(AnyShape::Sphere(Sphere { centre, radius: 0.01 }), Glow::even(DVec3::splat(radiance)), Side::Outside, None);
     }
     let scene = Aabb { min: DVec3::splat(-9.0), max: DVec3::splat(9.0) };
-    let sky = Sky { kind: Kind::Constant(DVec3::splat(0.1)) };
+    let sky = Sky { kind: SkyKind::Constant(DVec3::splat(0.1)) };
     let mut lights = Lights::new(Vec::new(), Emitters::new(list), sky, &scene);
     lights.prepare_sky();
     lights.prepare_choice();
@@ -122,7 +122,7 @@ fn points_and_spots_shine_evenly() {
     // How often the first of them is asked from the origin, lit from everywhere.
     let share = |delta: Vec<DeltaLight<f64>>| {
         let scene = Aabb { min: DVec3::splat(-9.0), max: DVec3::splat(9.0) };
-        let mut lights = Lights::<f64>::new(delta, Emitters::new(EmitterList::default()), Sky { kind: Kind::None }, &scene);
+        let mut lights = Lights::<f64>::new(delta, Emitters::new(EmitterList::default()), Sky { kind: SkyKind::None }, &scene);
         lights.prepare_choice();
         let first = (0..1000).filter(|i| {
             let drawn = lights.choice().draw::<f64>(DVec3::ZERO, DVec3::ZERO, [*i as f32 / 1000.0, 0.0]);

@@ -3,7 +3,7 @@
 use raywright_bvh::{Loops, Real, SurfacePoint, Vector, widest};
 
 use super::list::Emitter;
-use super::{PointDensity, Shown, outwards};
+use super::sample::{EmitterPoint, PointDensity, outwards};
 use crate::light::lanes::{Column, LANES, LightLanes, SurfaceLanes, Vec3Column, put, vector};
 use crate::light::polygon::{Polygon, PolygonLanes};
 
@@ -85,7 +85,7 @@ impl<R: Real> Loops for DrawEmitters<'_, R> {
         for lane in 0..LANES {
             let located = SurfacePoint::new(drawn.at(lane), vector::<f64>(&emitters.normal, lane), emitters.error[lane]);
             let (from, even) = (vector::<R>(&emitters.from, lane), PointDensity::Even(drawn.solid_angle[lane]));
-            let shown = Shown::<R>::new(&located, emitters.outwards[lane], from, emitters.probability[lane], even);
+            let shown = EmitterPoint::<R>::new(&located, emitters.outwards[lane], from, emitters.probability[lane], even);
             surface.put(lane, &shown.surface);
             put::<R>(&mut direction, lane, Vector::from_f64(shown.direction));
             put::<R>(&mut arriving, lane, vector::<R>(&emitters.radiance, lane) * R::from_f64(shown.weight));

@@ -9,7 +9,7 @@ use crate::light::Polygon;
 
 /// Geometry of an emitter in the world.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::light) enum Form<R: Real> {
+pub(in crate::light) enum EmitterShape<R: Real> {
     Plain(AnyShape<R>),
     /// Under a map: its place in the list of those.
     Placed(u32),
@@ -17,14 +17,14 @@ pub(in crate::light) enum Form<R: Real> {
 
 /// What is the same all over a flat emitter.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::light) struct Plane {
+pub(in crate::light) struct EmitterPlane {
     /// Outwards, unit.
     pub normal: DVec3,
     /// Bound on how far points may be off.
     pub error: f64,
 }
 
-impl Plane {
+impl EmitterPlane {
     /// Of triangles and quads.
     fn of<R: Real>(shape: &AnyShape<R>) -> Option<Self> {
         let half = R::from_f64(0.5);
@@ -37,7 +37,7 @@ impl Plane {
 /// One emissive shape or triangle.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) struct Emitter<R: Real> {
-    pub form: Form<R>,
+    pub form: EmitterShape<R>,
     /// What it gives off; the mean of it where that varies.
     pub radiance: R::Vec3,
     /// Whether it varies, so that it is known only where a ray meets it.
@@ -51,7 +51,7 @@ pub(in crate::light) struct Emitter<R: Real> {
     /// Where on a triangle points are drawn; none: everywhere alike.
     pub cells: Option<Cells>,
     /// The plane of a triangle or quad that is under no map.
-    pub plane: Option<Plane>,
+    pub plane: Option<EmitterPlane>,
 }
 
 impl<R: Real> Emitter<R> {
@@ -75,10 +75,10 @@ impl<R: Real> Emitter<R> {
         self.plane?;
         // One by one: an array's map is not always inlined.
         match &self.form {
-            Form::Plain(AnyShape::Triangle(Triangle { vertices: [a, b, c] })) => {
+            EmitterShape::Plain(AnyShape::Triangle(Triangle { vertices: [a, b, c] })) => {
                 Some(Polygon::triangle([a.to_f64(), b.to_f64(), c.to_f64()]))
             }
-            Form::Plain(AnyShape::Quad(Quad { corners: [a, b, c, d] })) => {
+            EmitterShape::Plain(AnyShape::Quad(Quad { corners: [a, b, c, d] })) => {
                 Some(Polygon::quad([a.to_f64(), b.to_f64(), c.to_f64(), d.to_f64()]))
             }
             _ => None,
@@ -111,18 +111,12 @@ impl<R: Real> Glow<R> {
 }
 
 /// Emitters as preparation finds them, object by object.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct EmitterList<R: Real> {
     pub(super) emitters: Vec<Emitter<R>>,
     pub(super) placed: Vec<TransformedShape<R>>,
     pub(super) first: Vec<u32>,
     pub(super) cells: CellTable,
-}
-
-impl<R: Real> Default for EmitterList<R> {
-    fn default() -> Self {
-        Self { emitters: Vec::new(), placed: Vec::new(), first: Vec::new(), cells: CellTable::default() }
-    }
 }
 
 impl<R: Real> EmitterList<R> {
@@ -155,8 +149,17 @@ impl<R: Real> EmitterList<R> {
     pub fn plain(&mut self, shape: AnyShape<R>, glow: Glow<R>, side: Side, area: Option<f64>) -> f64 {
         let Glow { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(shape.area()));
-        let plane = Plane::of(&shape);
-        self.emitters.push(Emitter { form: Form::Plain(shape), radiance, varies, passable, side, area, cells: None, plane });
+        let plane = EmitterPlane::of(&shape);
+        self.emitters.push(Emitter {
+            form: EmitterShape::Plain(shape),
+            radiance,
+            varies,
+            passable,
+            side,
+            area,
+            cells: None,
+            plane,
+        });
         area
     }
 
@@ -175,7 +178,7 @@ impl<R: Real> EmitterList<R> {
     pub fn placed(&mut self, placed: TransformedShape<R>, glow: Glow<R>, side: Side, area: Option<f64>) -> f64 {
         let Glow { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(placed.area()));
-        let form = Form::Placed(self.placed.len() as u32);
+        let form = EmitterShape::Placed(self.placed.len() as u32);
         self.placed.push(placed);
         self.emitters.push(Emitter { form, radiance, varies, passable, side, area, cells: None, plane: None });
         area

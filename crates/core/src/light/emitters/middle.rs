@@ -3,7 +3,7 @@
 use raywright_bvh::shapes::{AnyShape, Cylinder, Ends};
 use raywright_bvh::{Real, Vector};
 
-use super::{Emitters, Form};
+use super::{EmitterShape, Emitters};
 use crate::light::{LightSample, Target};
 
 impl<R: Real> Emitters<R> {
@@ -12,8 +12,8 @@ impl<R: Real> Emitters<R> {
     /// its middle pass it. What else of its own light a torus hides is not noticed.
     pub fn by_middle(&self, index: u32, drawn: LightSample<R>, from: R::Vec3) -> Option<LightSample<R>> {
         let (shape, plain) = match &self.list.emitters[index as usize].form {
-            Form::Plain(shape) => (shape, true),
-            Form::Placed(placed) => (self.list.placed[*placed as usize].shape(), false),
+            EmitterShape::Plain(shape) => (shape, true),
+            EmitterShape::Placed(placed) => (self.list.placed[*placed as usize].shape(), false),
         };
         let (Some(space), eye) = (self.bounds(index).map(|bounds| bounds.space), from.to_f64()) else { return Some(drawn) };
         if is_closed(shape) {

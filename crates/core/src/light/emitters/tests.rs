@@ -1,7 +1,7 @@
 //! Emitters chosen in their share.
 
 use super::*;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raywright_bvh::shapes::{Quad, Sphere};
 
 /// Balls of area one whose power is as given.

@@ -76,7 +76,7 @@ fn strength_is_part_of_the_power() {
     for pixels in [Pixels::Linear(vec![[0.5, 1.0, 2.0, 1.0]; 8]), Pixels::Codes(vec![[20, 120, 250, 255]; 8])] {
         let image = Arc::new(ImageData { width: 4, height: 2, pixels });
         let power = |strength: f64| {
-            let sky = Sky { kind: Kind::Map(Map::new(Arc::clone(&image), 0.0, strength)) };
+            let sky = Sky { kind: SkyKind::Map(Map::new(Arc::clone(&image), 0.0, strength)) };
             let seen = sky.radiance(DVec3::ZERO, DVec3::X);
             let sampler = crate::light::SkySampler::new(&sky).expect("it shines");
             // The same from everywhere, so the power is the radiance over the sphere.
@@ -137,7 +137,7 @@ fn many_looks_show_what_one_shows() {
         Map::new(Arc::new(image), turn, 1.5)
     };
     assert!(!map(0.25, 0.0).packed.is_empty() && map(0.1, 0.0).packed.is_empty());
-    let skies = [Kind::None, Kind::Constant(Vec3::splat(0.3)), Kind::Map(map(0.25, 0.0)), Kind::Map(map(0.1, 0.7))];
+    let skies = [SkyKind::None, SkyKind::Constant(Vec3::splat(0.3)), SkyKind::Map(map(0.25, 0.0)), SkyKind::Map(map(0.1, 0.7))];
     for kind in skies {
         let sky = Sky::<f32> { kind };
         for count in [0, 1, 15, 16, 17, 333] {

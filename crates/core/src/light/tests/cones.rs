@@ -11,7 +11,7 @@ fn far_balls_keep_their_solid_angle() {
     let centre = DVec3::new(3.0, -2.0, 1.0);
     for ratio in [1.000_001, 1.5, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7] {
         let towards = DVec3::new(0.48, 0.6, 0.64);
-        let cone = Cone::new(centre, 0.25, centre + towards * (0.25 * ratio)).expect("outside");
+        let cone = DirectionCone::new(centre, 0.25, centre + towards * (0.25 * ratio)).expect("outside");
         let s2 = 1.0 / (ratio * ratio);
         let height = if ratio < 10.0 {
             1.0 - (1.0 - s2).sqrt()
@@ -51,8 +51,8 @@ fn far_balls_send_their_light_without_noise() {
 #[test]
 fn within_a_ball_points_are_drawn_by_area() {
     let centre = DVec3::new(1.0, 2.0, 3.0);
-    assert!([DVec3::ZERO, DVec3::X, DVec3::Y * 0.5].iter().all(|&d| Cone::new(centre, 1.0, centre + d).is_none()));
-    assert!(Cone::new(centre, 1.0, DVec3::NAN).is_none());
+    assert!([DVec3::ZERO, DVec3::X, DVec3::Y * 0.5].iter().all(|&d| DirectionCone::new(centre, 1.0, centre + d).is_none()));
+    assert!(DirectionCone::new(centre, 1.0, DVec3::NAN).is_none());
     let mut list = EmitterList::<f64>::default();
     list.plain(Sphere { centre, radius: 1.0 }.into(), Glow::even(DVec3::ONE), Side::Inside, None);
     let lights = alone(list, Strategy::SolidAngle);

@@ -77,7 +77,7 @@ fn skies_send_what_the_closed_forms_say() {
         seen.sum::<f64>() * cell
     };
     let sun = Sky {
-        kind: sky::Kind::Gradient {
+        kind: sky::SkyKind::Gradient {
             bottom: DVec3::ZERO,
             top: DVec3::ZERO,
             suns: vec![sky::Sun { direction: DVec3::X, colour: DVec3::ONE, exponent: 65_536 }],
@@ -100,12 +100,12 @@ fn skies_send_what_the_closed_forms_say() {
 #[test]
 fn an_unasked_sky_is_not_built() {
     let sky = |kind| Sky::<f64> { kind };
-    let white = sky(sky::Kind::Constant(DVec3::ONE));
+    let white = sky(sky::SkyKind::Constant(DVec3::ONE));
     let lights = Lights::<f64>::new(Vec::new(), Emitters::new(EmitterList::default()), white, &Aabb::EMPTY);
     assert!(lights.ids().next().is_none() && lights.sky_sampler.is_none());
     assert!(lights.sample(LightId::Sky, DVec3::ZERO, [0.5; 2], 1.0).is_none());
-    assert!(SkySampler::new(&sky(sky::Kind::None)).is_none());
-    assert!(SkySampler::new(&sky(sky::Kind::Constant(DVec3::ZERO))).is_none());
+    assert!(SkySampler::new(&sky(sky::SkyKind::None)).is_none());
+    assert!(SkySampler::new(&sky(sky::SkyKind::Constant(DVec3::ZERO))).is_none());
 }
 
 /// Protects (M03): from the light's own plane, its corner, its border, its middle, and a millionth beside them nothing is infinite or

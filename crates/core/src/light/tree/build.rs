@@ -1,5 +1,5 @@
 //! How lights are divided among the groups of a node: in two by what asking each of them would cost, and the dearest of those again ("Importance Sampling of Many Lights
-//! with Adaptive Tree Splitting", Conty Estevez, Kulla 2018).
+//! with Adaptive LightTree Splitting", Conty Estevez, Kulla 2018).
 
 use core::f64::consts::PI;
 use core::ops::Range;
@@ -7,12 +7,12 @@ use core::ops::Range;
 use glam::DVec3;
 
 use super::{Leaf, WIDTH};
-use crate::light::{Bounds, LightId};
+use crate::light::{LightBounds, LightId};
 
 /// Lights taken together.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sum {
-    pub bounds: Bounds,
+pub(super) struct Cluster {
+    pub bounds: LightBounds,
     pub power: f64,
 }
 
@@ -23,7 +23,7 @@ pub(super) struct Group {
     end: usize,
     /// How often all leaves were divided to get here.
     depth: u32,
-    pub sum: Sum,
+    pub sum: Cluster,
 }
 
 impl Group {
@@ -33,7 +33,7 @@ impl Group {
     }
 
     fn of(leaves: &[Leaf], range: Range<usize>, depth: u32) -> Self {
-        Self { start: range.start, end: range.end, depth, sum: Sum::of(&leaves[range]) }
+        Self { start: range.start, end: range.end, depth, sum: Cluster::of(&leaves[range]) }
     }
 
     pub fn range(&self) -> Range<usize> {
@@ -64,7 +64,7 @@ pub(super) fn divide(leaves: &mut [Leaf], whole: Group) -> Vec<Group> {
     groups
 }
 
-impl Sum {
+impl Cluster {
     fn of(leaves: &[Leaf]) -> Self {
         let first = Self { bounds: leaves[0].bounds, power: leaves[0].power };
         leaves[1..].iter().fold(first, |sum, leaf| sum.and(&Self { bounds: leaf.bounds, power: leaf.power }))
@@ -72,7 +72,7 @@ impl Sum {
 
     fn and(&self, other: &Self) -> Self {
         let (axis, normals) = around([&self.bounds, &other.bounds]);
-        let bounds = Bounds {
+        let bounds = LightBounds {
             space: self.bounds.space.union(other.bounds.space),
             axis,
             normals,
@@ -83,7 +83,7 @@ impl Sum {
 
     /// What a node of these costs: power · solid angle into which it shines · surface of its box (there, equation 1).
     fn cost(&self) -> f64 {
-        let Bounds { space, normals, emission, .. } = self.bounds;
+        let LightBounds { space, normals, emission, .. } = self.bounds;
         let widest = (normals + emission).min(PI);
         let beyond = widest - normals;
         let (sin_n, cos_n) = (libm::sin(normals), libm::cos(normals));
@@ -97,7 +97,7 @@ impl Sum {
 }
 
 /// The least cone around the cones of two lights' normals, near enough.
-fn around([a, b]: [&Bounds; 2]) -> (DVec3, f64) {
+fn around([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
     let (wide, narrow) = if a.normals >= b.normals { (a, b) } else { (b, a) };
     let between = libm::acos(wide.axis.dot(narrow.axis).clamp(-1.0, 1.0));
     if (between + narrow.normals).min(PI) <= wide.normals {
@@ -119,7 +119,7 @@ const BINS: usize = 12;
 const DEEP: u32 = 32;
 
 /// Brings the leaves of the first of two groups to the front and says how many they are: at least one, and one is left.
-fn split(leaves: &mut [Leaf], whole: &Bounds, depth: u32) -> usize {
+fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
     let middle = leaves.len() / 2;
     let centres = leaves.iter().map(|leaf| leaf.bounds.space.centre());
     let (least, most) = centres.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), c| (a.min(c), b.max(c)));
@@ -144,9 +144,9 @@ fn split(leaves: &mut [Leaf], whole: &Bounds, depth: u32) -> usize {
     let span = whole.space.extent();
     let mut best: Option<(f64, usize, usize)> = None;
     for axis in (0..3).filter(|&axis| extent[axis] > 0.0) {
-        let mut bins: [Option<Sum>; BINS] = [None; BINS];
+        let mut bins: [Option<Cluster>; BINS] = [None; BINS];
         for leaf in leaves.iter() {
-            let one = Sum { bounds: leaf.bounds, power: leaf.power };
+            let one = Cluster { bounds: leaf.bounds, power: leaf.power };
             let slot = &mut bins[bin(leaf, axis)];
             *slot = Some(slot.map_or(one, |sum| sum.and(&one)));
         }
@@ -171,8 +171,8 @@ fn split(leaves: &mut [Leaf], whole: &Bounds, depth: u32) -> usize {
 }
 
 /// For each place between two bins what both sides cost; none where one is empty.
-fn costs(bins: &[Option<Sum>; BINS]) -> [Option<f64>; BINS - 1] {
-    let join = |a: Option<Sum>, b: &Option<Sum>| match (a, b) {
+fn costs(bins: &[Option<Cluster>; BINS]) -> [Option<f64>; BINS - 1] {
+    let join = |a: Option<Cluster>, b: &Option<Cluster>| match (a, b) {
         (Some(a), Some(b)) => Some(a.and(b)),
         (a, b) => a.or(*b),
     };

@@ -9,8 +9,8 @@ use core::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::build::Sum;
-use super::{Content, Receiver, Tree};
+use super::build::Cluster;
+use super::{Content, LightTree, Receiver};
 
 /// Groups in a node.
 pub(super) const WIDTH: usize = 8;
@@ -29,11 +29,11 @@ const FAR: f64 = 1e3;
 
 /// A node: eight groups, each a light or a node, those that are missing without power.
 #[derive(Clone, Debug)]
-pub(super) struct Node {
+pub(super) struct LightNode {
     centre: DVec3,
     /// One over the unit of lengths in the node: the radius of the ball around its box.
     inverse: f64,
-    /// Its place in the node above; [`Tree::TOP`] for the first one.
+    /// Its place in the node above; [`LightTree::TOP`] for the first one.
     pub parent: u32,
     pub content: [Content; WIDTH],
     /// Of the middles of the groups' boxes.
@@ -66,7 +66,7 @@ fn lesser(a: f32, b: f32) -> f32 {
 }
 
 /// The ball around a group's box; far from the origin its middle is rounded.
-fn ball(group: &Sum) -> (DVec3, f64) {
+fn ball(group: &Cluster) -> (DVec3, f64) {
     let (space, middle) = (group.bounds.space, group.bounds.space.centre());
     (middle, 0.5 * space.extent().length() + f64::EPSILON * middle.abs().max_element())
 }
@@ -79,9 +79,9 @@ fn mean(middle: f32, greatest: f32) -> f32 {
     greater(lesser(greater(middle, 0.5 * greatest), 1.0), MARGIN)
 }
 
-impl Node {
+impl LightNode {
     /// Without groups, around all that they will be.
-    pub fn new(whole: &Sum, parent: u32) -> Self {
+    pub fn new(whole: &Cluster, parent: u32) -> Self {
         /// Lights at one place have no size; with this one every other place is far.
         const LEAST: f64 = 1e-150;
         let (centre, radius) = ball(whole);
@@ -90,7 +90,7 @@ impl Node {
             centre,
             inverse: 1.0 / radius.max(LEAST),
             parent,
-            content: [Content::Inner(Tree::NONE); WIDTH],
+            content: [Content::Inner(LightTree::NONE); WIDTH],
             x: none,
             y: none,
             z: none,
@@ -106,8 +106,8 @@ impl Node {
     }
 
     /// Puts a group in its place.
-    pub fn put(&mut self, lane: usize, group: &Sum, whole: &Sum) {
-        let Sum { bounds, power } = group;
+    pub fn put(&mut self, lane: usize, group: &Cluster, whole: &Cluster) {
+        let Cluster { bounds, power } = group;
         let (middle, radius) = ball(group);
         let place = ((middle - self.centre) * self.inverse).as_vec3();
         [self.x[lane], self.y[lane], self.z[lane]] = place.to_array();

@@ -21,11 +21,11 @@ fn unit(i: u64) -> DVec3 {
 }
 
 /// A tree and the place of each of its lights.
-fn tree(bounds: impl Iterator<Item = (Bounds, f64)>) -> (Tree, Vec<u32>) {
+fn tree(bounds: impl Iterator<Item = (LightBounds, f64)>) -> (LightTree, Vec<u32>) {
     let leaf = |(i, (bounds, power))| Leaf { light: LightId::Emitter(i as u32), bounds, power };
     let leaves: Vec<Leaf> = bounds.enumerate().map(leaf).collect();
-    let mut places = vec![Tree::NONE; leaves.len()];
-    let tree = Tree::new(leaves, |light, place| places[index(light)] = place);
+    let mut places = vec![LightTree::NONE; leaves.len()];
+    let tree = LightTree::new(leaves, |light, place| places[index(light)] = place);
     (tree, places)
 }
 
@@ -35,18 +35,18 @@ fn index(light: LightId) -> usize {
 }
 
 /// A light without an edge to what it shines on.
-fn round(at: DVec3, size: f64) -> Bounds {
-    Bounds::round(Aabb { min: at, max: at + DVec3::splat(size) })
+fn round(at: DVec3, size: f64) -> LightBounds {
+    LightBounds::round(Aabb { min: at, max: at + DVec3::splat(size) })
 }
 
 /// Flat, round and narrow ones in turn.
-fn mixed(i: u64) -> (Bounds, f64) {
+fn mixed(i: u64) -> (LightBounds, f64) {
     let (at, axis) = (place(i) * 3.0, unit(i + 1_000_000));
     let space = Aabb { min: at, max: at + DVec3::splat(0.05 * number(i + 2_000_000)) };
     let bounds = match i % 3 {
-        0 => Bounds::flat(space, axis),
-        1 => Bounds::round(space),
-        _ => Bounds::point(at, axis, 1.0),
+        0 => LightBounds::flat(space, axis),
+        1 => LightBounds::round(space),
+        _ => LightBounds::point(at, axis, 1.0),
     };
     (bounds, 0.1 + number(i + 3_000_000))
 }
@@ -56,14 +56,14 @@ fn receiver(i: u64) -> Receiver {
     Receiver { at: place(i + 4_000_000) * 4.0, normal }
 }
 
-/// Protects: what [`Tree::draw`] says of the light that it drew is to the bit what [`Tree::probability`] says of that light, for
+/// Protects: what [`LightTree::draw`] says of the light that it drew is to the bit what [`LightTree::probability`] says of that light, for
 /// numbers of lights around those that fill nodes and numbers at both ends; levels are few and memory is not more than was said before;
 /// a light that is alone is always drawn, and lights that are nowhere end in a tree too.
 #[test]
 fn both_ways_say_the_same_bits() {
     for count in [1, 2, 3, 7, 8, 9, 63, 64, 65, 511, 513, 100_000] {
         let (tree, places) = tree((0..count).map(mixed));
-        assert!(tree.bytes() <= Tree::bytes_of(count), "{count}: {} bytes", tree.bytes());
+        assert!(tree.bytes() <= LightTree::bytes_of(count), "{count}: {} bytes", tree.bytes());
         assert!(tree.depth() <= 10, "{count}: {} deep", tree.depth());
         let mut drawn = 0;
         for i in 0..4_000 {
@@ -78,9 +78,9 @@ fn both_ways_say_the_same_bits() {
         assert!(drawn > 1_000 && (count > 1 || drawn == 4_000), "{count}: drew {drawn}");
     }
     let (nowhere, places) = tree((0..20).map(|_| (round(DVec3::NAN, 0.0), 1.0)));
-    assert!(nowhere.depth() <= 64 && nowhere.draw(&receiver(0), 0.5).is_none() && !places.contains(&Tree::NONE));
-    assert_eq!((Tree::bytes_of(0), Tree::bytes_of(1)), (0, 0));
-    assert_eq!(tree(core::iter::empty()).0.probability(Tree::NONE, &receiver(0)), 0.0);
+    assert!(nowhere.depth() <= 64 && nowhere.draw(&receiver(0), 0.5).is_none() && !places.contains(&LightTree::NONE));
+    assert_eq!((LightTree::bytes_of(0), LightTree::bytes_of(1)), (0, 0));
+    assert_eq!(tree(core::iter::empty()).0.probability(LightTree::NONE, &receiver(0)), 0.0);
 }
 
 /// Protects: where all lights can be drawn, their probabilities sum to one: however many, at one place, so near and so far that f32 holds
@@ -166,7 +166,7 @@ fn what_can_light_can_be_drawn() {
             };
             let (tree, places) = tree((0..count).map(|i| {
                 let (at, axis, normals, emission) = light(i);
-                (Bounds { space: Aabb { min: at, max: at }, axis, normals, emission }, 1.0)
+                (LightBounds { space: Aabb { min: at, max: at }, axis, normals, emission }, 1.0)
             }));
             for k in 0..1_500 {
                 // One light's rim passes there, or nearly, as does the horizon.
@@ -208,7 +208,7 @@ fn importance_is_about_what_arrives() {
     let share = either.probability(places[0], &Receiver { at: DVec3::ZERO, normal: DVec3::ZERO });
     assert!((share - 0.5).abs() < 1e-6, "{share}");
     let at = [DVec3::Y, DVec3::new(8.0_f64.sqrt(), 1.0, 0.0)];
-    let (lamps, places) = tree(at.map(|at| (Bounds::point(at, DVec3::NEG_Y, 1.5), 1.0)).into_iter());
+    let (lamps, places) = tree(at.map(|at| (LightBounds::point(at, DVec3::NEG_Y, 1.5), 1.0)).into_iter());
     let share = lamps.probability(places[1], &Receiver { at: DVec3::ZERO, normal: DVec3::Y });
     // 1/d² and the cosine on the surface; cones of light are of full strength within their angle.
     let arrives = 1.0 / 9.0 / 3.0;

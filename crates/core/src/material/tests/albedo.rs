@@ -5,7 +5,7 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
 use super::super::albedo::{ANISOTROPIC, ANISOTROPIC_MEANS, Entry, STEPS, TABLE, Table, UNIT, look_up, look_up_anisotropic};
-use super::super::fresnel::towards_grazing;
+use super::super::fresnel::schlick_weight;
 use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
 use super::super::lobe::on_disk;
 use super::numbers;
@@ -56,7 +56,7 @@ fn single_scattering(cosine: f64, roughness: f64) -> [f64; 2] {
         if into > 0.0 {
             let cell = 3.0 * rest * rest / (OUTWARDS * AROUND) as f64;
             let sent = cell * (cosine + own) * into / (cosine * smith(a2, into) + into * own);
-            sum = [sum[0] + sent, sum[1] + sent * towards_grazing(wo.dot(facet))];
+            sum = [sum[0] + sent, sum[1] + sent * schlick_weight(wo.dot(facet))];
         }
     }
     sum
@@ -74,7 +74,7 @@ fn anisotropic_scattering(wo: DVec3, [wide, fine]: [f64; 2]) -> [f64; 2] {
         if wi.z > 0.0 {
             let cell = 3.0 * rest * rest / (OUTWARDS * ALL_AROUND) as f64;
             let sent = cell * (wo.z + own) * wi.z / (wo.z * root(wi) + wi.z * own);
-            sum = [sum[0] + sent, sum[1] + sent * towards_grazing(wo.dot(facet))];
+            sum = [sum[0] + sent, sum[1] + sent * schlick_weight(wo.dot(facet))];
         }
     }
     sum

@@ -227,7 +227,7 @@ fn values_head_on() {
     let pi = core::f64::consts::PI;
     let coat = Some(Coat { weight: 1.0, roughness: 0.5, normal: NORMAL });
     let painted = Layered { specular: 0.0, coat, ..Layered::of(matte(WHITE, 1.0), 1.5) }.transport(NORMAL, NORMAL, true);
-    let sent = super::super::energy::sent_back(0.04, 0.5, 1.0);
+    let sent = super::super::energy::directional_albedo(0.04, 0.5, 1.0);
     let wanted = 0.04 * 16.0 / (4.0 * pi) + (1.0 - sent) / pi;
     assert!((painted.eval(NORMAL, NORMAL).x - wanted).abs() < 1e-9, "{} not {wanted}", painted.eval(NORMAL, NORMAL).x);
     // Facets of α = ¼ send a twelfth of it below the surface or into each other.
@@ -378,7 +378,7 @@ fn lobes<N: Number>(layered: &Layered<N>, normal: N::Vec3, wo: N::Vec3, outside:
 }
 
 #[inline(never)]
-fn drawn_by<N: Number>(bsdf: &LayeredBsdf<N>, normal: N::Vec3, wo: N::Vec3, drawn: [N; 3]) -> Sampled<N> {
+fn drawn_by<N: Number>(bsdf: &LayeredBsdf<N>, normal: N::Vec3, wo: N::Vec3, drawn: [N; 3]) -> BsdfSample<N> {
     bsdf.sample(&Frame::about(normal), wo, drawn)
 }
 
@@ -389,7 +389,7 @@ fn density<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> N {
 
 #[inline(never)]
 fn values<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N::Vec3) {
-    (bsdf.eval_either(wo, wi), bsdf.diffuse(wo, wi))
+    (bsdf.eval_either(wo, wi), bsdf.eval_diffuse(wo, wi))
 }
 
 /// Protects: shading of layers in f32 is that in f64, but for rounding.

@@ -4,7 +4,7 @@ use raywright_bvh::{Real, Vector};
 
 use super::super::error::PrepareError;
 use super::super::inputs::Compiler;
-use super::vector;
+use super::{prepared, vector};
 use crate::expr::{Scope, Variable};
 use crate::material::Glass;
 use crate::scene::{Classic as ClassicData, Colour, Mixture as MixtureData, SpecularModel, TransmissionChoice};
@@ -12,17 +12,17 @@ use crate::texture::Input;
 
 /// A local lighting model made of terms.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Classic<R: Real> {
+pub(crate) struct ClassicInputs<R: Real> {
     pub colour: Input<R>,
     pub local: Input<R>,
     pub ambient: R::Vec3,
     pub diffuse: Input<R>,
-    pub specular: Option<Specular<R>>,
+    pub specular: Option<SpecularInputs<R>>,
     pub rim: Option<(Input<R>, u32)>,
-    pub reflection: Option<Reflection<R>>,
-    pub transmission: Option<Transmission<R>>,
+    pub reflection: Option<ReflectionInputs<R>>,
+    pub transmission: Option<TransmissionInputs<R>>,
     pub emission: Option<Input<R>>,
-    pub mixture: Option<Mixture<R>>,
+    pub mixture: Option<MixtureInputs<R>>,
     pub shadow_transmittance: R,
     pub shadow: Option<Input<R>>,
     /// Whether a shadow ray is needed: not where `shadow` says what arrives without it.
@@ -35,7 +35,7 @@ pub(crate) struct Classic<R: Real> {
 
 /// A highlight.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Specular<R: Real> {
+pub(crate) struct SpecularInputs<R: Real> {
     pub model: SpecularModel,
     pub exponent: u32,
     pub strength: Input<R>,
@@ -46,7 +46,7 @@ pub(crate) struct Specular<R: Real> {
 
 /// A traced mirror reflection.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reflection<R: Real> {
+pub(crate) struct ReflectionInputs<R: Real> {
     pub weight: Input<R>,
     pub tinted: bool,
     /// Amount and the rows of frequencies.
@@ -55,7 +55,7 @@ pub(crate) struct Reflection<R: Real> {
 
 /// Traced refraction.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Transmission<R: Real> {
+pub(crate) struct TransmissionInputs<R: Real> {
     pub glass: Glass<R>,
     /// Schlick's reflectance above which one ray reflects; none: both rays, weighted.
     pub switch: Option<R>,
@@ -63,7 +63,7 @@ pub(crate) struct Transmission<R: Real> {
 
 /// Three ways by chance.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Mixture<R: Real> {
+pub(crate) struct MixtureInputs<R: Real> {
     pub specular_chance: f64,
     pub specular_colour: R::Vec3,
     pub specular_roughness: f64,
@@ -75,7 +75,7 @@ pub(crate) struct Mixture<R: Real> {
     pub published_roulette: bool,
 }
 
-impl<R: Real> Mixture<R> {
+impl<R: Real> MixtureInputs<R> {
     fn new(m: &MixtureData) -> Self {
         Self {
             specular_chance: m.specular_chance,
@@ -94,9 +94,9 @@ pub(super) fn classic<R: Real>(
     m: &ClassicData,
     ambient: Colour,
     inputs: &mut Compiler<'_, R>,
-) -> Result<Classic<R>, PrepareError> {
-    let specular = m.specular.as_ref().map(|s| {
-        Ok(Specular {
+) -> Result<ClassicInputs<R>, PrepareError> {
+    let specular = prepared(m.specular.as_ref(), |s| {
+        Ok(SpecularInputs {
             model: s.model,
             exponent: s.exponent,
             strength: inputs.weight(&s.strength, Scope::Light, "specular.strength")?,
@@ -104,31 +104,32 @@ pub(super) fn classic<R: Real>(
             shadowed: s.shadowed,
             on_reflection: s.on_reflection,
         })
-    });
-    let specular = specular.transpose()?;
-    let reflection = m.reflection.as_ref().map(|r| {
-        Ok(Reflection {
+    })?;
+    let reflection = prepared(m.reflection.as_ref(), |r| {
+        Ok(ReflectionInputs {
             weight: inputs.weight(&r.weight, Scope::Light, "reflection.weight")?,
             tinted: r.tinted,
             fuzz: r.fuzz.as_ref().map(|f| (R::from_f64(f.amount), f.frequencies.map(|row| R::Vec3::from_f64(row.into())))),
         })
-    });
-    let reflection = reflection.transpose()?;
+    })?;
     let diffuse = inputs.weight(&m.diffuse, Scope::Light, "diffuse")?;
-    let shadow = m.shadow.as_ref().map(|s| inputs.weight(s, Scope::Light, "shadow")).transpose()?;
-    let further = [specular.as_ref().map(|s: &Specular<R>| &s.strength), reflection.as_ref().map(|r: &Reflection<R>| &r.weight)];
+    let shadow = prepared(m.shadow.as_ref(), |s| inputs.weight(s, Scope::Light, "shadow"))?;
+    let further = [
+        specular.as_ref().map(|s: &SpecularInputs<R>| &s.strength),
+        reflection.as_ref().map(|r: &ReflectionInputs<R>| &r.weight),
+    ];
     let weights = [Some(&diffuse), shadow.as_ref()].into_iter().chain(further).flatten();
     let asks_how_far = weights.into_iter().any(|w| w.reads(&inputs.sources, &[Variable::OccluderDistance]));
-    let rim = m.rim.as_ref().map(|r| Ok((inputs.weight(&r.strength, Scope::Surface, "rim.strength")?, r.exponent)));
-    Ok(Classic {
-        rim: rim.transpose()?,
+    let rim = prepared(m.rim.as_ref(), |r| Ok((inputs.weight(&r.strength, Scope::Surface, "rim.strength")?, r.exponent)))?;
+    Ok(ClassicInputs {
+        rim,
         colour: inputs.input(&m.colour, "colour")?,
         local: inputs.weight(&m.local, Scope::Surface, "local")?,
         ambient: vector::<R>(m.ambient.unwrap_or(ambient)),
         diffuse,
         specular,
         reflection,
-        transmission: m.transmission.as_ref().map(|t| Transmission {
+        transmission: m.transmission.as_ref().map(|t| TransmissionInputs {
             glass: Glass {
                 share: R::ONE,
                 ior: t.ior,
@@ -140,8 +141,8 @@ pub(super) fn classic<R: Real>(
                 TransmissionChoice::Switch { threshold } => Some(R::from_f64(threshold)),
             },
         }),
-        emission: m.emission.as_ref().map(|e| inputs.input(e, "emission")).transpose()?,
-        mixture: m.mixture.as_ref().map(Mixture::new),
+        emission: prepared(m.emission.as_ref(), |e| inputs.input(e, "emission"))?,
+        mixture: m.mixture.as_ref().map(MixtureInputs::new),
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
         asks_what_is_between: shadow.is_none_or(|s| s.reads(&inputs.sources, &[Variable::Shadow, Variable::OccluderDistance])),
         shadow,

@@ -4,16 +4,17 @@ use raywright_bvh::{Real, Vector};
 
 use super::super::error::PrepareError;
 use super::super::inputs::Compiler;
+use super::prepared;
 use crate::effects::EffectSet;
-use crate::material::{Coat, Combed, Diffused, Film, FresnelRule, Layered, Sheen, Stage};
+use crate::material::{Coat, Combed, Diffused, Film, FresnelRule, LayerStage, Layered, Sheen};
 use crate::scene::{Channel, Model, Physical as PhysicalData, Scene};
 use crate::texture::{Bump, Input, Product};
 
 /// The stage of layers whose fields are inputs.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Inputs<R>(R);
+pub(crate) struct InputStage<R>(R);
 
-impl<R: Real> Stage for Inputs<R> {
+impl<R: Real> LayerStage for InputStage<R> {
     type Share = Product<R>;
     type Tint = Product<R>;
     type Colour = Product<R>;
@@ -29,7 +30,7 @@ impl<R: Real> Stage for Inputs<R> {
 }
 
 /// The layers of a physical surface.
-pub(crate) type LayeredInputs<R> = Layered<Inputs<R>>;
+pub(crate) type LayeredInputs<R> = Layered<InputStage<R>>;
 
 /// Nanometres of a film.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,28 +91,26 @@ pub(super) fn layered<R: Real>(
     if m.unlit || !context.paths || !is_layered(m, context.fresnel) {
         return Ok(None);
     }
-    let diffused = m.diffuse_transmission.as_ref().filter(|_| m.may_diffuse_through()).map(|layer| {
+    let diffused = m.diffuse_transmission.as_ref().filter(|_| m.may_diffuse_through());
+    let diffused = prepared(diffused, |layer| {
         Ok(Diffused {
             share: inputs.factor(&layer.factor, &layer.factor_texture, "diffuse_transmission.factor")?,
             colour: inputs.factor(&layer.colour, &layer.colour_texture, "diffuse_transmission.colour")?,
         })
-    });
-    let diffused = diffused.transpose()?;
-    let sheen = m.fibres().map(|layer| {
+    })?;
+    let sheen = prepared(m.fibres(), |layer| {
         Ok(Sheen {
             colour: inputs.factor(&layer.colour, &layer.colour_texture, "sheen.colour")?,
             roughness: inputs.factor(&layer.roughness, &layer.roughness_texture, "sheen.roughness")?,
         })
-    });
-    let sheen = sheen.transpose()?;
-    let combed = m.combed().map(|layer| {
+    })?;
+    let combed = prepared(m.combed(), |layer| {
         let image = inputs.image(&layer.texture, "anisotropy.texture")?;
         let strength = inputs.product(&layer.strength, image.map(|image| image.channel(Channel::Blue)), "anisotropy.strength")?;
         let angle = layer.rotation.to_radians();
         Ok(Combed { strength, frame: Directions { turn: [libm::cos(angle), libm::sin(angle)].map(R::from_f64), image } })
-    });
-    let combed = combed.transpose()?;
-    let film = m.film().map(|layer| {
+    })?;
+    let film = prepared(m.film(), |layer| {
         Ok(Film {
             share: inputs.factor(&layer.factor, &layer.factor_texture, "iridescence.factor")?,
             ior: layer.ior,
@@ -121,17 +120,15 @@ pub(super) fn layered<R: Real>(
                 image: inputs.image(&layer.thickness_texture, "iridescence.thickness_texture")?,
             },
         })
-    });
-    let film = film.transpose()?;
-    let coat = m.coat().map(|layer| {
+    })?;
+    let coat = prepared(m.coat(), |layer| {
         let bump = inputs.image(&layer.normal_texture, "clearcoat.normal_texture")?;
         Ok(Coat {
             weight: inputs.factor(&layer.factor, &layer.factor_texture, "clearcoat.factor")?,
             roughness: inputs.factor(&layer.roughness, &layer.roughness_texture, "clearcoat.roughness")?,
             normal: bump.map(|image| Bump { image, scale: R::from_f64(layer.normal_scale) }),
         })
-    });
-    let coat = coat.transpose()?;
+    })?;
     Ok(Some(Layered {
         base: (),
         ior: if m.thin_walled { 0.0 } else { m.dispersion },

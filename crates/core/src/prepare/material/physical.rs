@@ -11,7 +11,7 @@ use crate::texture::{Bump, Product};
 
 /// The metallic-roughness model.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Physical<R: Real> {
+pub(crate) struct PhysicalInputs<R: Real> {
     pub base: Product<R>,
     pub vertex_colours: bool,
     pub metallic: Product<R>,
@@ -81,7 +81,7 @@ impl<R: Real> Passage<R> {
     }
 }
 
-impl<R: Real> Physical<R> {
+impl<R: Real> PhysicalInputs<R> {
     /// Whether it is a wall that lets light through without bending it.
     pub fn is_wall(&self) -> bool {
         self.thin && self.passage.is_some() && self.layered.is_some()
@@ -103,7 +103,7 @@ pub(super) fn physical<R: Real>(
     m: &PhysicalData,
     inputs: &mut Compiler<'_, R>,
     context: &mut Context<R>,
-) -> Result<Physical<R>, PrepareError> {
+) -> Result<PhysicalInputs<R>, PrepareError> {
     let image = inputs.image(&m.base_colour_texture, "base_colour_texture")?;
     let base = inputs.product(&m.base_colour, image, "base_colour")?;
     // The share of an image that lies above a cutoff is not that of its mean.
@@ -141,7 +141,7 @@ pub(super) fn physical<R: Real>(
     });
     let factor = m.factor_of_reflections().filter(|_| context.paths && layered.is_none());
     let opaque = m.alpha == AlphaMode::Opaque && passage.is_none() && !m.unlit;
-    Ok(Physical {
+    Ok(PhysicalInputs {
         plain: opaque && layered.is_none() && !inputs.reads.expressions,
         layered,
         specular: R::from_f64(factor.unwrap_or(1.0)),

@@ -5,7 +5,7 @@ use crate::number::{Number, Vector3};
 
 /// What an image says of a normal, where a ray meets a surface.
 #[derive(Clone, Copy, Debug)]
-pub struct Bent<N: Number> {
+pub struct NormalMap<N: Number> {
     /// The shading normal before, unit.
     pub normal: N::Vec3,
     /// The way in which the image's columns follow each other, unit, and whether the image is seen mirrored.
@@ -22,10 +22,10 @@ pub struct Bent<N: Number> {
     pub direction: N::Vec3,
 }
 
-impl<N: Number> Bent<N> {
+impl<N: Number> NormalMap<N> {
     /// The normal as the image has it, on the viewer's side; as it was where the image says nothing.
     #[inline(always)]
-    pub fn bent(&self) -> N::Vec3 {
+    pub fn perturbed_normal(&self) -> N::Vec3 {
         let bent = Frame::<N>::along(self.normal, self.along, self.mirrored).to_world(self.code).normalize();
         let turned = reflecting_above::<N>(bent, self.geometric, self.outside, self.direction);
         // A texel of nothing, and the like, leave the normal as it is.

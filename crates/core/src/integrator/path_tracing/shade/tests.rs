@@ -1,0 +1,212 @@
+//! Vertices in columns against hand values: matte surfaces, whose answers are known in closed form.
+
+use core::f32::consts::PI;
+
+use glam::Vec3;
+use raywright_bvh::{Interval, Surface};
+
+use super::super::media::Media;
+use super::super::{PathState, PreviousVertex, VertexSamples};
+use super::*;
+use crate::integrator::Leg;
+use crate::interaction::Interaction;
+use crate::light::{Density, LightSample, Target};
+use crate::material::MetallicRoughness;
+use crate::sampler::Address;
+use crate::settings::Roulette;
+
+/// A surface at a point whose outward normal is this.
+fn surface(point: Vec3, normal: Vec3) -> Surface<f32> {
+    Surface { point, above: point, below: point, error: 1e-3, normal }
+}
+
+/// A point of a surface whose outward normal is up, met by a ray that comes down, with a shading normal.
+fn met(point: Vec3, normal: Vec3) -> Interaction<f32> {
+    let direction = -Vec3::Y;
+    Interaction { surface: surface(point, Vec3::Y), normal, outside: true, direction, ..Interaction::NOWHERE }
+}
+
+/// A path that comes there after some segments.
+fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
+    let address = Address::default();
+    PathState {
+        leg: Leg::of(Ray::new(Vec3::Y, -Vec3::Y)),
+        throughput,
+        radiance: Vec3::ZERO,
+        address,
+        way: address.way(),
+        draws: VertexSamples { scatter, ..VertexSamples::default() },
+        traced,
+        cutouts: 0,
+        hit: true,
+        spread: f64::INFINITY,
+        media: Media::default(),
+        previous: PreviousVertex { from: Vec3::Y, normal: Vec3::Y, density: f64::INFINITY },
+        wavelength: None,
+    }
+}
+
+fn matte(base: Vec3) -> MetallicRoughness<f32> {
+    MetallicRoughness { base, metallic: 0.0, roughness: 1.0, dielectric: 0.0, grazing: 0.0, glass: None }
+}
+
+/// Vertices and the lights that they ask, one after the other.
+struct Vertices {
+    vertices: VertexLanes<f32>,
+    lights: LightLanes<f32>,
+}
+
+impl Vertices {
+    fn new() -> Self {
+        Self { vertices: VertexLanes::new(), lights: LightLanes::new() }
+    }
+
+    fn push(
+        &mut self,
+        (path, at): (&PathState<f32>, &Interaction<f32>),
+        (model, gain): (&MetallicRoughness<f32>, f32),
+        light: Option<(&LightSample<f32>, MisStrategy)>,
+    ) {
+        let lane = self.vertices.len;
+        self.vertices.push(lane as u32, (path, at), (model, gain), Roulette::Late);
+        if let Some((sample, strategy)) = light {
+            self.lights.put(lane, sample);
+            self.vertices.strategy[lane] = strategy;
+        }
+    }
+
+    fn shade(&self) -> ShadedLanes<f32> {
+        Shade::<f32, true> { vertices: &self.vertices, lights: &self.lights, compensated: true, reach: 70.0 }.run()
+    }
+}
+
+/// A light in a direction, of this radiance over its density.
+fn light(direction: Vec3, arriving: Vec3, density: Density, target: Target<f32>) -> LightSample<f32> {
+    LightSample { direction, arriving, density, target }
+}
+
+#[track_caller]
+fn close(found: Vec3, wanted: Vec3) {
+    assert!((found - wanted).abs().max_element() <= 1e-5 * (1.0 + wanted.abs().max_element()), "{found}, not {wanted}");
+}
+
+/// Protects: what matte surfaces send back of a light, in each lane its own: albedo over π by the cosine; all of a light without size times its
+/// gain; of a light that is found by scattering too the share of the power heuristic, whose other density is the cosine over π. Nothing of
+/// lights below the surface or the shading normal, of none, and of no number.
+#[test]
+fn lights_are_sent_back_in_closed_form() {
+    let mut all = Vertices::new();
+    let albedos = [Vec3::new(0.8, 0.4, 0.2), Vec3::new(0.1, 0.5, 0.9)];
+    let [at, tilted] = [met(Vec3::ZERO, Vec3::Y), met(Vec3::X, Vec3::new(0.6, 0.8, 0.0))];
+    let (arriving, path) = (Vec3::new(3.0, 2.0, 1.0), path(0, Vec3::ONE, [0.5; 4]));
+    let (steep, below) = (Vec3::new(0.0, 0.6, 0.8), Vec3::new(0.8, -0.6, 0.0));
+    let by = |direction, density| light(direction, arriving, density, Target::Infinity);
+    let sized = |direction| by(direction, Density::SolidAngle(0.25));
+    all.push((&path, &at), (&matte(albedos[0]), 1.0), Some((&sized(steep), MisStrategy::Value)));
+    all.push((&path, &at), (&matte(albedos[1]), 1.0), Some((&sized(steep), MisStrategy::Weighed(0.25))));
+    all.push((&path, &at), (&matte(albedos[0]), PI), Some((&by(steep, Density::Delta), MisStrategy::Delta { shines: false })));
+    // Above the shading normal's horizon and below the surface, and the other way round.
+    all.push(
+        (&path, &tilted),
+        (&matte(albedos[0]), 1.0),
+        Some((&sized(Vec3::new(0.99, -0.1, 0.0).normalize()), MisStrategy::Value)),
+    );
+    all.push(
+        (&path, &tilted),
+        (&matte(albedos[0]), 1.0),
+        Some((&sized(Vec3::new(-0.9, 0.3, 0.0).normalize()), MisStrategy::Value)),
+    );
+    all.push((&path, &tilted), (&matte(albedos[0]), 1.0), Some((&sized(below), MisStrategy::Value)));
+    all.push((&path, &at), (&matte(albedos[0]), 1.0), None);
+    let nan = light(steep, Vec3::new(f32::NAN, 1.0, 1.0), Density::SolidAngle(0.25), Target::Infinity);
+    all.push((&path, &at), (&matte(albedos[0]), 1.0), Some((&nan, MisStrategy::Value)));
+    let shaded = all.shade();
+    assert_eq!(shaded.is_lit, [true, true, true, false, false, false, false, false]);
+    let sent = |lane| vector::<f32>(&shaded.sent, lane);
+    close(sent(0), arriving * albedos[0] * (0.6 / PI));
+    let (by_light, by_scattering) = (0.25_f32, 0.6 / PI);
+    let share = by_light * by_light / (by_light * by_light + by_scattering * by_scattering);
+    close(sent(1), arriving * albedos[1] * (0.6 / PI * share));
+    close(sent(2), arriving * albedos[0] * 0.6);
+}
+
+/// Protects: rays to lights leave the surface on the light's side and end before what they aim at, or go on for ever; a light without size that
+/// is infinitely far has the reach of shadows.
+#[test]
+fn rays_to_lights_aim_at_them() {
+    let mut all = Vertices::new();
+    let (at, path) = (met(Vec3::new(1.0, 0.0, 0.0), Vec3::Y), path(0, Vec3::ONE, [0.5; 4]));
+    let (white, arriving) = (matte(Vec3::ONE), Vec3::ONE);
+    let lamp = surface(Vec3::new(1.0, 4.0, 3.0), -Vec3::Y);
+    let towards = Vec3::new(0.0, 0.8, 0.6);
+    let strategy = MisStrategy::Value;
+    let on_lamp = light(towards, arriving, Density::SolidAngle(0.5), Target::Surface(lamp));
+    let sky = light(towards, arriving, Density::SolidAngle(0.5), Target::Infinity);
+    let sun = light(towards, arriving, Density::Delta, Target::Infinity);
+    all.push((&path, &at), (&white, 1.0), Some((&on_lamp, strategy)));
+    all.push((&path, &at), (&white, 1.0), Some((&sky, strategy)));
+    all.push((&path, &at), (&white, 1.0), Some((&sun, MisStrategy::Delta { shines: true })));
+    let shaded = all.shade();
+    for lane in 0..3 {
+        let (start, direction) = (vector::<f32>(&shaded.start, lane), vector::<f32>(&shaded.towards, lane));
+        assert!(start.y > 0.0 && start.distance(at.surface.point) < 0.01, "{lane}: from {start}");
+        assert!(direction.distance(towards) < 1e-3, "{lane}: {direction}");
+    }
+    assert!((4.9..5.0).contains(&shaded.length[0]), "{}", shaded.length[0]);
+    assert_eq!([shaded.length[1], shaded.length[2]], [f32::INFINITY, 70.0]);
+    let (ray, range) = at.surface.spawn_to_surface(&lamp).expect("they are apart");
+    assert_eq!((ray.origin, range), (vector::<f32>(&shaded.start, 0), Interval { min: 0.0, max: shaded.length[0] }));
+}
+
+/// Protects: paths go on above the surface, with what Lambert's diffusion leaves of them: the albedo, by cosine over π; those that chance
+/// may end by their brightest channel and a number of its own, and for those that it ended.
+#[test]
+fn paths_go_on_by_their_brightness() {
+    let (base, at) = (Vec3::new(0.5, 0.25, 0.125), met(Vec3::ZERO, Vec3::Y));
+    let mut all = Vertices::new();
+    // The lobe, the direction and, last, whether the path goes on.
+    let numbers = |u_roulette| [0.3, 0.04, 0.7, u_roulette];
+    for (traced, brightness, u_roulette) in [
+        (1, 1.0, 0.99),
+        (3, 1.0, 0.99),
+        (4, 1.0, 0.49),
+        (4, 1.0, 0.51),
+        (4, 0.5, 0.24),
+        (4, 0.5, 0.26),
+        (64, 8.0, 0.94),
+        (64, 8.0, 0.96),
+    ] {
+        all.push((&path(traced, Vec3::splat(brightness), numbers(u_roulette)), &at), (&matte(base), 1.0), None);
+    }
+    let shaded = all.shade();
+    assert_eq!(shaded.goes_on, [true, true, true, false, true, false, true, false]);
+    let brightest = base / base.max_element();
+    let wanted = [base, base, brightest, brightest, brightest, brightest, base * 8.0 / 0.95, base];
+    for lane in (0..8).filter(|&lane| shaded.goes_on[lane]) {
+        close(vector::<f32>(&shaded.throughput, lane), wanted[lane]);
+        let Ray { origin, direction, .. } = shaded.ray(lane);
+        assert!(origin.y > 0.0 && origin.length() < 0.01, "{origin}");
+        // A point of the disk at the root of 0.04, raised.
+        assert!((direction.y - 0.96_f32.sqrt()).abs() < 1e-5, "{direction}");
+        assert!((shaded.density[lane] - direction.y / PI).abs() < 1e-5, "{}", shaded.density[lane]);
+    }
+}
+
+/// Protects: a shading normal takes no reflection below the surface that is there, from outside and from within.
+#[test]
+fn nothing_is_reflected_below_the_surface() {
+    let normal = Vec3::new(0.8, 0.6, 0.0);
+    let mut all = Vertices::new();
+    let inside = Interaction { surface: surface(Vec3::ZERO, -Vec3::Y), outside: false, ..met(Vec3::ZERO, normal) };
+    let turns = [0.0_f32, 0.25, 0.5, 0.75];
+    for (at, turn) in [met(Vec3::ZERO, normal), inside].iter().flat_map(|at| turns.map(|turn| (at, turn))) {
+        all.push((&path(0, Vec3::ONE, [0.5, 0.9, turn, 0.5]), at), (&matte(Vec3::ONE), 1.0), None);
+    }
+    let shaded = all.shade();
+    for lane in 0..8 {
+        let direction = vector::<f32>(&shaded.direction, lane);
+        assert_eq!(shaded.goes_on[lane], direction.y > 0.0, "{lane}: {direction}");
+    }
+    let lost = shaded.goes_on.iter().filter(|&&goes_on| !goes_on).count();
+    assert!((1..8).contains(&lost) && shaded.goes_on[..4] == shaded.goes_on[4..], "{lost}");
+}

@@ -1,0 +1,244 @@
+//! Points of emitters: drawn, shown to the points that they light, and how densely they are drawn where a ray meets them.
+
+use glam::DVec3;
+use raywright_bvh::shapes::{AnyShape, Sphere};
+use raywright_bvh::{Real, Side, Surface, SurfacePoint, Vector};
+
+use super::cells::unfolded;
+use super::lanes::EmitterLanes;
+use super::list::{Emitter, EmitterShape};
+use super::{Emitters, Strategy};
+use crate::light::lanes::{LANES, LightLanes, TargetKind};
+use crate::light::polygon::PolygonSample;
+use crate::light::{ChosenLight, Density, DirectionCone, LightId, LightSample, Target};
+
+/// A point of an emitter as another point sees it.
+struct Facing {
+    /// Unit direction to it.
+    direction: DVec3,
+    squared: f64,
+    /// Between that direction and the normal of the side that shines; negative behind.
+    cosine: f64,
+}
+
+impl Facing {
+    #[inline(always)]
+    fn new<R: Real>(outwards: f64, from: DVec3, surface: &Surface<R>) -> Self {
+        let offset = surface.point.to_f64() - from;
+        let squared = offset.length_squared();
+        let direction = offset / squared.sqrt();
+        let cosine = -direction.dot(surface.normal.to_f64());
+        Self { direction, squared, cosine: if outwards == 0.0 { cosine.abs() } else { cosine * outwards } }
+    }
+}
+
+/// Which way light leaves a surface, by the sign: out, in, or both.
+pub(super) fn outwards(side: Side) -> f64 {
+    match side {
+        Side::Outside | Side::Culled => 1.0,
+        Side::Inside => -1.0,
+        Side::Both => 0.0,
+    }
+}
+
+/// A point of an emitter as it is shown to another point.
+pub(super) struct EmitterPoint<R: Real> {
+    pub surface: Surface<R>,
+    pub direction: DVec3,
+    pub density: f64,
+    /// Factor of the radiance; zero, or no number, where nothing is sent there.
+    pub weight: f64,
+}
+
+impl<R: Real> EmitterPoint<R> {
+    #[inline(always)]
+    pub fn new(located: &SurfacePoint, outwards: f64, from: R::Vec3, probability: f64, drawn: PointDensity) -> Self {
+        let surface = located.stored::<R>();
+        let Facing { direction, squared, cosine } = Facing::new(outwards, from.to_f64(), &surface);
+        let (density, weight) = match drawn {
+            PointDensity::Even(solid_angle) => {
+                let density = probability / solid_angle;
+                (density, if cosine > 0.0 { 1.0 / density } else { 0.0 })
+            }
+            PointDensity::Area(by_area) => {
+                // Solid-angle measure: cos/d² over the density by area.
+                let over = squared * by_area * probability;
+                (over / cosine, cosine / over)
+            }
+        };
+        Self { surface, direction, density, weight }
+    }
+
+    /// Also false for NaN, where the points coincide.
+    #[inline(always)]
+    fn is_some(&self) -> bool {
+        (self.weight > 0.0) & (self.weight < f64::INFINITY)
+    }
+}
+
+/// An emitter that was chosen with a probability, the point that is lit, and two numbers in [0, 1) by which a point of it is drawn.
+#[derive(Clone, Copy, Debug)]
+struct EmitterQuery<R: Real> {
+    pub emitter: u32,
+    pub from: R::Vec3,
+    pub position: [f32; 2],
+    pub probability: f64,
+}
+
+/// How densely a point of an emitter is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum PointDensity {
+    /// Evenly over so many steradians.
+    Even(f64),
+    /// By area.
+    Area(f64),
+}
+
+/// A ball and the cone under which it is seen; none from within, and of what is no ball.
+fn ball<R: Real>(emitter: &Emitter<R>, from: DVec3) -> Option<(Sphere<R>, DirectionCone)> {
+    match &emitter.form {
+        // A ball that only shines inwards is seen through its near side.
+        EmitterShape::Plain(AnyShape::Sphere(ball)) if emitter.side != Side::Inside => {
+            Some((*ball, DirectionCone::new(ball.centre.to_f64(), ball.radius.to_f64(), from)?))
+        }
+        _ => None,
+    }
+}
+
+impl<R: Real> Emitters<R> {
+    /// Draws a point of an emitter that was chosen with a probability and shows it to `from`; none where it sends nothing there.
+    pub fn sample(&self, index: u32, from: R::Vec3, position: [f32; 2], probability: f64) -> Option<LightSample<R>> {
+        let query = EmitterQuery { emitter: index, from, position, probability };
+        let (emitter, from, position) = (&self.list.emitters[index as usize], from.to_f64(), position.map(f64::from));
+        if !self.is_even(emitter) {
+            return self.by_area(&query);
+        }
+        if let Some(polygon) = emitter.polygon() {
+            return self.on_polygon(&query, polygon.draw(from, position));
+        }
+        match ball(emitter, from) {
+            Some((ball, cone)) => self.shown(&query, &ball.at(cone.normal(position)), PointDensity::Even(cone.solid_angle())),
+            None => self.by_area(&query),
+        }
+    }
+
+    /// [`Self::sample`] of those emitters that are among the lights that points chose: polygons together, and before what else is put into
+    /// lanes. `waiting`: a place for them.
+    pub(in crate::light) fn sample_lanes(
+        &self,
+        chosen: &[Option<ChosenLight<R>>],
+        waiting: &mut EmitterLanes<R>,
+        out: &mut LightLanes<R>,
+    ) {
+        let (mut flat, mut any) = ([false; LANES], false);
+        for (lane, chosen) in chosen.iter().enumerate().take(LANES) {
+            if let Some(ChosenLight { light: LightId::Emitter(emitter), probability, from, position }) = chosen {
+                let emitter = &self.list.emitters[*emitter as usize];
+                if self.is_even(emitter)
+                    && let Some(polygon) = emitter.polygon()
+                {
+                    waiting.put(lane, (&polygon, emitter), *from, *position, *probability);
+                    (flat[lane], any) = (true, true);
+                }
+            }
+        }
+        let sends = if any { waiting.draw(out) } else { [None; LANES] };
+        for (lane, chosen) in chosen.iter().enumerate().take(LANES) {
+            let &Some(ChosenLight { light: LightId::Emitter(emitter), probability, from, position }) = chosen else { continue };
+            let sample = match sends[lane].filter(|_| flat[lane]) {
+                Some(true) => {
+                    out.aim[lane] = TargetKind::Surface;
+                    continue;
+                }
+                Some(false) => None,
+                // Small ones are drawn by area.
+                None if flat[lane] => self.by_area(&EmitterQuery { emitter, from, position, probability }),
+                None => self.sample(emitter, from, position, probability),
+            };
+            sample.iter().for_each(|sample| out.put(lane, sample));
+        }
+    }
+
+    /// Shows a point of a polygon that was drawn over its solid angle; drawn by area where there is none.
+    #[inline]
+    fn on_polygon(&self, query: &EmitterQuery<R>, sample: Option<PolygonSample>) -> Option<LightSample<R>> {
+        let Some(PolygonSample { solid_angle, point }) = sample else { return self.by_area(query) };
+        let plane = self.list.emitters[query.emitter as usize].plane?;
+        self.shown(query, &SurfacePoint::new(point?, plane.normal, plane.error), PointDensity::Even(solid_angle))
+    }
+
+    /// Draws a point by area, or where the emitter is bright.
+    fn by_area(&self, query: &EmitterQuery<R>) -> Option<LightSample<R>> {
+        let emitter = &self.list.emitters[query.emitter as usize];
+        let position = query.position.map(f64::from);
+        let (place, denser) = match emitter.cells {
+            Some(cells) => self.list.cells.place(cells, position),
+            None => (position, 1.0),
+        };
+        let [u, v] = place.map(R::from_f64);
+        let (located, by_area) = match &emitter.form {
+            EmitterShape::Plain(shape) => shape.sample_area(u, v)?,
+            EmitterShape::Placed(placed) => self.list.placed[*placed as usize].sample_area(u, v)?,
+        };
+        self.shown(query, &located, PointDensity::Area(by_area.to_f64() * denser))
+    }
+
+    /// What a point receives of an emitter from where it was drawn.
+    #[inline(always)]
+    fn shown(&self, query: &EmitterQuery<R>, located: &SurfacePoint, drawn: PointDensity) -> Option<LightSample<R>> {
+        let &EmitterQuery { emitter, from, probability, .. } = query;
+        let emitter = &self.list.emitters[emitter as usize];
+        let shown = EmitterPoint::new(located, outwards(emitter.side), from, probability, drawn);
+        shown.is_some().then(|| LightSample {
+            direction: Vector::from_f64(shown.direction),
+            arriving: emitter.shown_radiance() * R::from_f64(shown.weight),
+            density: Density::SolidAngle(shown.density),
+            target: Target::Surface(shown.surface),
+        })
+    }
+
+    /// The density over solid angle with which [`Emitters::sample`] draws a point of an emitter that a ray from `from` met.
+    pub fn density(&self, index: u32, from: R::Vec3, surface: &Surface<R>, probability: f64) -> f64 {
+        let (emitter, from) = (&self.list.emitters[index as usize], from.to_f64());
+        let facing = Facing::new(outwards(emitter.side), from, surface);
+        // Also false for NaN, where the points coincide.
+        let seen = facing.cosine > 0.0;
+        if !seen {
+            return 0.0;
+        }
+        if let Some(solid_angle) = self.solid_angle(emitter, from) {
+            return probability / solid_angle;
+        }
+        let point = SurfacePoint::new(surface.point.to_f64(), surface.normal.to_f64(), surface.error.to_f64());
+        let by_area = match &emitter.form {
+            EmitterShape::Plain(shape) => shape.density(&point),
+            EmitterShape::Placed(placed) => self.list.placed[*placed as usize].density_at(&point),
+        };
+        let denser = match (&emitter.form, emitter.cells) {
+            (EmitterShape::Plain(AnyShape::Triangle(triangle)), Some(cells)) => {
+                self.list.cells.density(cells, unfolded(triangle.vertices.map(Vector::to_f64), surface.point.to_f64()))
+            }
+            _ => 1.0,
+        };
+        by_area.map_or(0.0, |by_area| facing.squared * (by_area.to_f64() * denser) * probability / facing.cosine)
+    }
+
+    /// Whether directions are drawn evenly over an emitter's solid angle, where that is known.
+    #[inline(always)]
+    fn is_even(&self, emitter: &Emitter<R>) -> bool {
+        // Of what a ray may pass, points on the far side are drawn too; what is bright in parts is drawn there.
+        self.strategy == Strategy::SolidAngle && !emitter.passable && emitter.cells.is_none()
+    }
+
+    /// The steradians over which directions to an emitter are drawn evenly; none where they are not.
+    #[inline]
+    fn solid_angle(&self, emitter: &Emitter<R>, from: DVec3) -> Option<f64> {
+        if !self.is_even(emitter) {
+            return None;
+        }
+        match emitter.polygon() {
+            Some(polygon) => polygon.solid_angle(from),
+            None => ball(emitter, from).map(|(_, cone)| cone.solid_angle()),
+        }
+    }
+}

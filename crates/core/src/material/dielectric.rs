@@ -1,0 +1,186 @@
+//! A boundary of a dielectric: a smooth one, by Fresnel's equations, or a rough one, whose facets each reflect and refract as a smooth one does
+//! ("Microfacet Models for Refraction through Rough Surfaces", Walter, Marschner, Li, Torrance 2007) and are drawn as they are seen.
+//!
+//! What is carried is the light that passes, as for smooth boundaries: radiance is not scaled by the square of the index, which a path
+//! that leaves glass takes back.
+
+use super::frame::Frame;
+use super::ggx::{Ggx, alpha, mirrored, sample_wm};
+use super::interface::Interface;
+use super::lobe::{LobeKind, Pair, on_disk};
+use crate::number::{Mask, Number, Vector3};
+
+/// The boundary as one side sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dielectric<N: Number> {
+    /// Index on the side that the ray comes from over the one beyond; in f64, because refraction near the critical angle cancels.
+    pub eta: N::Exact,
+    /// The same in the lanes' own digits, which do for facets.
+    pub facet_eta: N,
+    /// Share of the surface that is such a boundary.
+    pub share: N,
+    /// Factor of what is reflected.
+    pub reflected: N::Vec3,
+    /// Factor of what is let through.
+    pub transmitted: N::Vec3,
+    /// Perceptual roughness, of which the microfacet α is the square; none: it is smooth.
+    pub roughness: Option<N>,
+}
+
+/// Unpolarised reflectance of a facet by the cosine of incidence and the index there over the one beyond, and the cosine beyond; 1
+/// and none under total reflection.
+#[inline(always)]
+fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
+    let c = cosine.max(N::ZERO).min(N::ONE);
+    let beyond2 = N::ONE - eta * eta * (N::ONE - c * c);
+    let beyond = beyond2.max(N::ZERO).sqrt();
+    let perpendicular = (eta * c - beyond) / (eta * c + beyond);
+    let parallel = (eta * beyond - c) / (eta * beyond + c);
+    let half = N::from_f64(0.5);
+    let part = half * (perpendicular * perpendicular + parallel * parallel);
+    (N::select(beyond2.above(N::ZERO), part.min(N::ONE), N::ONE), beyond)
+}
+
+impl<N: Number> Dielectric<N> {
+    #[inline(always)]
+    fn facets(&self, pair: &Pair<N>) -> Option<Ggx<N>> {
+        self.roughness.map(|roughness| Ggx::isotropic(pair.normal, roughness))
+    }
+
+    /// The facet's normal that refracts between both directions, its cosines to them (the one of the light is below zero), and
+    /// whether there is one.
+    #[inline(always)]
+    fn between(&self, pair: &Pair<N>) -> (N::Vec3, [N; 2], N::Mask) {
+        let along = pair.wo * self.facet_eta + pair.wi;
+        let length = along.dot(along).sqrt();
+        let facet = along / length;
+        let facet = N::Vec3::select(pair.normal.dot(facet).above(N::ZERO), facet, -facet);
+        let (out, into) = (facet.dot(pair.wo), facet.dot(pair.wi));
+        // Indices that are equal bend nothing, and there is no facet to tell.
+        let able = out.above(N::ZERO) & N::ZERO.above(into) & length.above(N::from_f64(1e-6));
+        (facet, [out, into], able)
+    }
+
+    /// The cosine of the way back to the facet that refracts between both directions.
+    pub(super) fn tilt_through(&self, pair: &Pair<N>) -> N {
+        self.between(pair).1[0]
+    }
+
+    /// Density of the directions that such a facet refracts to: that of seen facets, times what turns it into theirs and the share that is
+    /// let through.
+    #[inline(always)]
+    fn refracted_pdf(&self, pair: &Pair<N>, facets: &Ggx<N>, facet: N::Vec3, [out, into]: [N; 2]) -> N {
+        let (reflectance, _) = fresnel(out, self.facet_eta);
+        let seen = N::from_f64(2.0) * out / (pair.out + facets.root(pair.wo, pair.out));
+        let denominator = self.facet_eta * out + into;
+        (N::ONE - reflectance) * (seen * -into / (facets.inverse_d(facet) * denominator * denominator))
+    }
+}
+
+impl<N: Number> LobeKind<N> for Dielectric<N> {
+    #[inline(always)]
+    fn importance(&self, _: N) -> N {
+        self.share * self.reflected.max(self.transmitted).max_element()
+    }
+
+    #[inline(always)]
+    fn is_delta(&self) -> bool {
+        self.roughness.is_none()
+    }
+
+    #[inline(always)]
+    fn lets_through(&self) -> bool {
+        self.roughness.is_some()
+    }
+
+    /// What facets reflect.
+    #[inline(always)]
+    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
+        let Some(facets) = self.facets(pair) else { return N::Vec3::ZERO };
+        let (reflectance, _) = fresnel(pair.tilt, self.facet_eta);
+        let (value, _) = pair.reflected(self.reflected * (self.share * reflectance), &facets);
+        N::Vec3::select(self.share.above(N::ZERO), value, N::Vec3::ZERO)
+    }
+
+    #[inline(always)]
+    fn pdf(&self, pair: &Pair<N>) -> N {
+        let Some(facets) = self.facets(pair) else { return N::ZERO };
+        fresnel(pair.tilt, self.facet_eta).0 * facets.eval_and_pdf(pair).1
+    }
+
+    /// What facets let through.
+    #[inline(always)]
+    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
+        let Some(facets) = self.facets(pair) else { return N::Vec3::ZERO };
+        let (facet, cosines, able) = self.between(pair);
+        let density = self.refracted_pdf(pair, &facets, facet, cosines);
+        let below = -pair.into;
+        // Smith's G₁ of the side beyond, over the cosine: what is seen from one side says nothing of what hides there.
+        let value = self.transmitted * (self.share * density * N::from_f64(2.0) / (below + facets.root(pair.wi, below)));
+        N::Vec3::select(able & pair.out.above(N::ZERO) & below.above(N::ZERO), value, N::Vec3::ZERO)
+    }
+
+    #[inline(always)]
+    fn pdf_through(&self, pair: &Pair<N>) -> N {
+        let Some(facets) = self.facets(pair) else { return N::ZERO };
+        let (facet, cosines, able) = self.between(pair);
+        N::select(able, self.refracted_pdf(pair, &facets, facet, cosines), N::ZERO)
+    }
+
+    /// By the first number a facet reflects or refracts. Zero where that is lost.
+    #[inline(always)]
+    fn sample(&self, frame: &Frame<N>, _: N::Vec3, wo: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+        let Some(roughness) = self.roughness else { return N::Vec3::ZERO };
+        let (eta, facet) = (self.facet_eta, sample_wm::<N>(wo, [alpha(roughness); 2], on_disk(point)));
+        let cosine = wo.dot(facet);
+        let (reflectance, beyond) = fresnel(cosine, eta);
+        let mirrored = mirrored::<N>(wo, facet);
+        let refracted = facet * (eta * cosine - beyond) - wo * eta;
+        // What a facet sends to the wrong side meets another one, and is lost.
+        let above = mirrored.z().above(N::ZERO);
+        let mirrored = N::Vec3::select(above, mirrored, N::Vec3::ZERO);
+        let below = N::ZERO.above(refracted.z());
+        let refracted = N::Vec3::select(below, refracted.normalize(), N::Vec3::ZERO);
+        frame.to_world(N::Vec3::select(reflectance.above(choice), mirrored, refracted))
+    }
+
+    #[inline(always)]
+    fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+        let mut through = N::Mask::default();
+        let direction = N::Vec3::of_lanes(|lane| {
+            let interface = Interface::new(-wo.lane(lane), normal.lane(lane), N::exact_lane(self.eta, lane));
+            // Chosen by the share itself, so the weight is the tint.
+            match interface.refracted {
+                Some(direction) if u.lane(lane) >= interface.fresnel() => {
+                    through.set(lane);
+                    direction
+                }
+                _ => interface.reflected,
+            }
+        });
+        (direction, N::Vec3::select(through, self.transmitted, self.reflected) * self.share)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fresnel;
+    use crate::material::dielectric as exact;
+
+    /// Protects: facets reflect by Fresnel's equations, from both sides, from head-on to grazing, at Brewster's angle and beyond the critical one;
+    /// and the cosine beyond is Snell's.
+    #[test]
+    fn facets_reflect_by_fresnels_equations() {
+        for eta in [1.0 / 2.42, 1.0 / 1.5, 1.0 / 1.33, 1.0, 1.33, 1.5, 2.42_f64] {
+            for cosine in [1.0, 0.9, 0.75, 0.6, 0.4, 0.2, 0.05, 1.0 / (1.0 + 1.0 / (eta * eta)).sqrt()] {
+                let sine2 = eta * eta * (1.0 - cosine * cosine);
+                let beyond = (sine2 < 1.0).then(|| (1.0 - sine2).sqrt());
+                let found = fresnel(cosine, eta);
+                let wanted = (exact(cosine, beyond, eta), beyond.unwrap_or(0.0));
+                assert!((found.0 - wanted.0).abs() < 1e-12, "{found:?}, not {wanted:?} at {cosine}, {eta}");
+                assert!((found.1 - wanted.1).abs() < 1e-12, "{found:?}, not {wanted:?} at {cosine}, {eta}");
+            }
+        }
+        assert!((fresnel::<f64>(1.0, 1.5).0 - 0.04).abs() < 1e-15);
+    }
+}
