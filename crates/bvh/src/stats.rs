@@ -17,7 +17,7 @@ pub trait TraversalCounter {
 
 impl TraversalCounter for () {}
 
-/// TraversalStats of a query or of many.
+/// Statistics of a query or of many.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalStats {
     /// Nodes whose boxes were tested.

@@ -34,7 +34,7 @@ const NEAR: usize = 4;
 
 /// The sums of a claim over a picture.
 struct ErrorSums {
-    /// ErrorSums over blocks, row by row, and their sum.
+    /// Sums over blocks, row by row, and their sum.
     blocks: Vec<f64>,
     columns: usize,
     sum: f64,

@@ -1,5 +1,5 @@
 //! A tree over lights that have a place: each node knows where its lights are, which way they shine and how much, and so how much
-//! of it may arrive at a point ("Importance Sampling of Many Lights with Adaptive LightTree Splitting", Conty Estevez, Kulla 2018;
+//! of it may arrive at a point ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty Estevez, Kulla 2018;
 //! "Physically Based Rendering", 4th edition, 12.6.3).
 //!
 //! A node has up to eight groups below it. A tree of pairs has three times the levels, each of which waits for the one before it and for

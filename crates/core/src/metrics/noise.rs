@@ -137,7 +137,7 @@ pub fn judge_noise(picture: &NoisyPicture<'_>, reference: &NoisyPicture<'_>, lev
     let largest = width.min(height).max(SMALLEST);
     let edges: Vec<u32> =
         std::iter::successors(Some(SMALLEST), |edge| Some(edge * 2)).take_while(|edge| *edge <= largest).collect();
-    // BlockSums of the halves of the smallest blocks, of which all others are made.
+    // Sums of the halves of the smallest blocks, of which all others are made.
     let step = SMALLEST / 2;
     let (columns, rows) = (width.div_ceil(step), height.div_ceil(step));
     let cells: Vec<([BlockSums; 3], usize)> = (0..columns * rows)
@@ -152,7 +152,7 @@ pub fn judge_noise(picture: &NoisyPicture<'_>, reference: &NoisyPicture<'_>, lev
     Ok(NoiseVerdict { level, blocks: found.blocks, beyond: found.beyond, clearest: found.clearest, untested })
 }
 
-/// BlockSums over a square of pixels, and how many of them are left out.
+/// Sums over a square of pixels, and how many of them are left out.
 fn sums(picture: &NoisyPicture<'_>, reference: &NoisyPicture<'_>, [x, y]: [u32; 2], edge: u32) -> ([BlockSums; 3], usize) {
     let (mut sums, mut untested) = ([BlockSums::default(); 3], 0);
     for row in y..(y + edge).min(picture.height) {

@@ -42,7 +42,7 @@ impl MisStrategy {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// VertexSamples a light and a point of it for a surface with a normal; none where nothing of it can be sent back.
+    /// Samples a light and a point of it for a surface with a normal; none where nothing of it can be sent back.
     #[inline(always)]
     pub(super) fn query(
         &self,

@@ -144,7 +144,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// VertexSamples the lights that vertices ask.
+    /// Samples the lights that vertices ask.
     fn sample_lights(
         &self,
         bounce: &Bounce<'_, R>,

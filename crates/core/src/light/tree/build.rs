@@ -1,5 +1,5 @@
 //! How lights are divided among the groups of a node: in two by what asking each of them would cost, and the dearest of those again ("Importance Sampling of Many Lights
-//! with Adaptive LightTree Splitting", Conty Estevez, Kulla 2018).
+//! with Adaptive Tree Splitting", Conty Estevez, Kulla 2018).
 
 use core::f64::consts::PI;
 use core::ops::Range;
