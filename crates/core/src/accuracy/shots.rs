@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::estimate::{Apart, Truth};
+use super::answer::Comparison;
 use super::frontier::Point;
 use super::renderer::{Renderer, Take, Unfinished};
 use super::report::{Measured, Paid};
@@ -40,20 +41,25 @@ impl<'a> Shots<'a> {
         self.taken.iter().find(|(known, _)| known == setting).map_or(&[], |(_, takes)| takes)
     }
 
+    pub fn has(&self, setting: &Setting, round: u64) -> bool {
+        self.of(setting).iter().any(|(known, _)| *known == round)
+    }
+
     /// Renders a setting in a round, unless that is there already. False where time is out.
     pub fn take(&mut self, setting: &Setting, round: u64, end: Instant) -> Result<bool, PrepareError> {
-        if self.of(setting).iter().any(|(known, _)| *known == round) {
-            return Ok(true);
+        Ok(self.has(setting, round) || self.take_again(setting, round, end)?)
+    }
+
+    /// Renders a setting in a round in place of what is there, which stays where time is out: then false.
+    pub fn take_again(&mut self, setting: &Setting, round: u64, end: Instant) -> Result<bool, PrepareError> {
+        let Some(take) = finished(self.studio.take(setting, round, end))? else { return Ok(false) };
+        let place = self.taken.iter().position(|(known, _)| known == setting).unwrap_or(self.taken.len());
+        if place == self.taken.len() {
+            self.taken.push((setting.clone(), Vec::new()));
         }
-        let take = match self.studio.take(setting, round, end) {
-            Ok(take) => take,
-            Err(Unfinished::Late) => return Ok(false),
-            Err(Unfinished::Failed(error)) => return Err(error),
-        };
-        match self.taken.iter_mut().find(|(known, _)| known == setting) {
-            Some((_, takes)) => takes.push((round, take)),
-            None => self.taken.push((setting.clone(), vec![(round, take)])),
-        }
+        let takes = &mut self.taken[place].1;
+        takes.retain(|(known, _)| *known != round);
+        takes.push((round, take));
         Ok(true)
     }
 
@@ -74,21 +80,21 @@ impl<'a> Shots<'a> {
         Some(Measured {
             renders: takes.len(),
             seconds: Spread::of(&seconds),
-            ratio: self.ratio(takes, beside),
+            ratio: Spread::of(&self.ratios(setting, beside)),
             rays: first.rays,
             errors: self.truth.truth.judge(&pictures, first.by_chance),
             flip: statistics(&map).mean,
         })
     }
 
-    /// Times over those of another setting in the same rounds.
-    fn ratio(&self, takes: &[(u64, Take)], beside: &Setting) -> Spread {
+    /// Times over those of another setting in the same rounds, of which there may be none.
+    fn ratios(&self, setting: &Setting, beside: &Setting) -> Vec<f64> {
         let others = self.of(beside);
-        let pairs = takes.iter().filter_map(|(round, take)| {
+        let pairs = self.of(setting).iter().filter_map(|(round, take)| {
             let (_, other) = others.iter().find(|(known, _)| known == round)?;
             Some(take.seconds / other.seconds.max(1e-9))
         });
-        Spread::of(&pairs.collect::<Vec<_>>())
+        pairs.collect()
     }
 
     /// What a choice alone changes: the difference to another setting in the rounds that both have.
@@ -108,6 +114,19 @@ impl<'a> Shots<'a> {
         let measured = self.measured(setting, setting)?;
         // A clock may be too coarse for a tiny picture.
         Some(Point { time: measured.seconds.median.max(1e-9), error: measured.errors.relmse.value })
+    }
+
+    /// Time and error over those of another setting; none where one of both is not known.
+    pub fn comparison(&self, setting: &Setting, beside: &Setting) -> Option<Comparison> {
+        let (point, other) = (self.point(setting)?, self.point(beside)?);
+        let ratios = self.ratios(setting, beside);
+        let is_timed = ratios.len() >= 2;
+        let time = Spread::of(&ratios);
+        Some(Comparison {
+            time: if ratios.is_empty() { point.time / other.time } else { time.median },
+            most_time: if is_timed { time.max } else { f64::INFINITY },
+            error: point.error / other.error.max(1e-300),
+        })
     }
 
     /// Time and memory of a setting that gives the same picture as another one, beside that in the same rounds; none where it takes too

@@ -14,16 +14,11 @@ impl Session<'_> {
     /// Every setting of the rounds, the most telling first: the scene as it is, numbers of samples that may be worth their time, what the
     /// other rungs are put on, these, and more samples than anyone needs who has so many.
     pub fn rounds_of(&self) -> Vec<Setting> {
-        let own = f64::from(self.settings.sampling.count());
-        let many = |choice: &Choice| samples_of(*choice).is_some_and(|samples| samples > HALVES * own);
-        let (last, first): (Vec<Choice>, Vec<Choice>) = self.choices().partition(many);
-        let is_samples = |choice: &&Choice| choice.ladder() == Ladder::Samples;
-        let samples = first.iter().filter(is_samples).chain(&last).map(|&choice| self.setting(choice));
-        let others = first.iter().filter(|choice| !is_samples(choice)).map(|&choice| self.setting(choice));
-        let (near, far): (Vec<Setting>, Vec<Setting>) =
-            samples.partition(|setting| !setting.rung(Ladder::Samples).is_some_and(|choice| many(&choice)));
+        let (samples, others): (Vec<Choice>, Vec<Choice>) = self.choices().partition(|choice| choice.ladder() == Ladder::Samples);
+        let of = |choices: Vec<Choice>| choices.into_iter().map(|choice| self.setting(choice));
+        let (far, near): (Vec<Setting>, Vec<Setting>) = of(samples).partition(|setting| self.has_many_samples(setting));
         let mut all = vec![Setting::default()];
-        for setting in near.into_iter().chain([self.base.clone()]).chain(others).chain(far) {
+        for setting in near.into_iter().chain([self.base.clone()]).chain(of(others)).chain(far) {
             if !all.contains(&setting) {
                 all.push(setting);
             }
@@ -31,32 +26,65 @@ impl Session<'_> {
         all
     }
 
+    /// Whether a setting has more samples than halve the error of the scene's own.
+    fn has_many_samples(&self, setting: &Setting) -> bool {
+        let own = f64::from(self.settings.sampling.count());
+        setting.rung(Ladder::Samples).and_then(samples_of).is_some_and(|samples| samples > HALVES * own)
+    }
+
+    /// Two rounds over settings that take about as long as the scene's own, since one says nothing of what a clock is off by; two over those of
+    /// many samples; and further ones over all that would be finished.
     pub fn rounds(&mut self, shots: &mut Shots<'_>, listener: &mut dyn Listener) -> Result<(), PrepareError> {
-        let all = self.rounds_of();
-        let end = self.at(RUNGS);
-        // How long a sample of the scene's own takes.
-        let (mut a_sample, own_samples) = (0.0, f64::from(self.settings.sampling.count()));
-        for round in 0..u64::from(self.effort.rounds.max(2)) {
+        let a_sample = self.first_render(shots, listener)?;
+        let (far, near): (Vec<Setting>, Vec<Setting>) =
+            self.rounds_of().into_iter().partition(|setting| self.has_many_samples(setting));
+        let mut took = Duration::ZERO;
+        for (settings, round) in [(&near, 0), (&near, 1), (&far, 0), (&far, 1)] {
             let before = (self.now)();
-            for setting in &all {
-                listener.step(&format!("round {}: {setting}", round + 1), self.spent());
-                // Without the scene's own picture there is nothing to tell, so that one may take what there is.
-                let must = round == 0 && *setting == Setting::default();
-                let samples = setting.rung(Ladder::Samples).and_then(samples_of).unwrap_or(own_samples);
-                let expected = samples * a_sample;
-                let began = (self.now)();
-                // What would not be finished would only take the time of the others.
-                let taken = (must || began + Duration::from_secs_f64(expected) <= end)
-                    && shots.take(setting, round, if must { self.at(1.0) } else { end })?;
-                if must {
-                    a_sample = ((self.now)() - began).as_secs_f64() / own_samples;
-                }
-                self.cut_short |= !taken;
-            }
-            // A further round that would not be finished is not begun.
-            if round >= 1 && (self.now)() + ((self.now)() - before) > end {
+            self.round((settings, round), a_sample, shots, listener)?;
+            took += ((self.now)() - before) / 2;
+        }
+        let all = [near, far].concat();
+        for round in 2..u64::from(self.effort.rounds) {
+            let before = (self.now)();
+            if before + took > self.at(RUNGS) {
                 break;
             }
+            self.round((&all, round), a_sample, shots, listener)?;
+            took = (self.now)() - before;
+        }
+        Ok(())
+    }
+
+    /// Renders the scene as it is, and again in place of that, since the first picture of a size also takes the time for its memory. Seconds
+    /// that a sample takes.
+    fn first_render(&self, shots: &mut Shots<'_>, listener: &mut dyn Listener) -> Result<f64, PrepareError> {
+        let own = Setting::default();
+        listener.step(&format!("round 1: {own}"), self.spent());
+        let before = (self.now)();
+        // Without the scene's own picture there is nothing to tell, so that one may take what there is.
+        shots.take(&own, 0, self.at(1.0))?;
+        let took = (self.now)() - before;
+        if before + 2 * took <= self.at(RUNGS) {
+            shots.take_again(&own, 0, self.at(RUNGS))?;
+        }
+        Ok(took.as_secs_f64() / f64::from(self.settings.sampling.count()))
+    }
+
+    fn round(
+        &mut self,
+        (settings, round): (&[Setting], u64),
+        a_sample: f64,
+        shots: &mut Shots<'_>,
+        listener: &mut dyn Listener,
+    ) -> Result<(), PrepareError> {
+        let (end, own_samples) = (self.at(RUNGS), f64::from(self.settings.sampling.count()));
+        for setting in settings {
+            listener.step(&format!("round {}: {setting}", round + 1), self.spent());
+            let samples = setting.rung(Ladder::Samples).and_then(samples_of).unwrap_or(own_samples);
+            // What would not be finished would only take the time of the others.
+            let is_possible = (self.now)() + Duration::from_secs_f64(samples * a_sample) <= end;
+            self.cut_short |= !(shots.has(setting, round) || is_possible && shots.take(setting, round, end)?);
         }
         Ok(())
     }

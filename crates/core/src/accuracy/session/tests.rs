@@ -67,6 +67,28 @@ fn times_are_what_the_clock_says() {
     assert!(heard.0.is_sorted_by(|a, b| a.1 <= b.1) && heard.0.iter().all(|(_, share)| (0.0..=1.0).contains(share)));
 }
 
+thread_local! {
+    static AFTER_THE_REFERENCE: core::cell::Cell<bool> = const { core::cell::Cell::new(false) };
+}
+
+/// Protects: the first picture after the reference, which takes longer for what it finds cold, is no reason to call others sooner: `reference`
+/// has the rays and the error of the scene as it is.
+#[test]
+fn a_cold_first_render_is_not_counted() {
+    let scene = corridor();
+    let effort = Effort { budget: Duration::from_secs(600), size: Some([4, 2]), rounds: 2 };
+    let stopwatch: Stopwatch = |work| {
+        let rays = work();
+        let is_cold = rays > 0 && AFTER_THE_REFERENCE.replace(rays > 10_000);
+        rays as f64 * if is_cold { 2e-6 } else { 1e-6 }
+    };
+    let session =
+        Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
+    let report = session.run(Start::default(), &mut ()).expect("a report").0;
+    let seconds = report.own.seconds;
+    assert_eq!((report.own.renders, seconds.min, seconds.max, report.answer.same_error), (2, 32e-6, 32e-6, None));
+}
+
 /// Protects: effects are priced by the same clock: what mirrors add to one ray of camera is three more.
 #[test]
 fn effects_are_priced_too() {

@@ -45,9 +45,8 @@ impl Session<'_> {
         chosen = unbeaten(chosen, |setting| last.point(setting));
         let candidate = |setting: &Setting| Some(Candidate { flags: setting.flags(), measured: last.measured(setting, &own)? });
         let best = |setting: Setting| {
-            let of = if again.point(&setting).is_some() && again.point(&own).is_some() { &again } else { &*shots };
-            let (point, own) = (of.point(&setting)?, of.point(&own)?);
-            Some((setting, Point { time: point.time / own.time, error: point.error / own.error.max(1e-300) }))
+            let comparison = again.comparison(&setting, &own).or_else(|| shots.comparison(&setting, &own))?;
+            Some((setting, comparison))
         };
         let answer = answer(known.into_iter().filter_map(best));
         Ok((chosen.iter().filter_map(candidate).collect(), answer))
