@@ -19,7 +19,7 @@ pub struct Camera<R: Real> {
     half: [R; 2],
     kind: Kind<R>,
     /// Of a camera that is far from the scene.
-    far: Option<Box<Far>>,
+    far: Option<Box<DistantCamera>>,
     /// Of a camera whose rays have times of their own.
     shutter: Option<Box<Shutter>>,
 }
@@ -45,12 +45,12 @@ struct Shutter {
 /// Rays of a camera so far away that stored coordinates there can't tell one pixel's from the next one's. They are made in f64
 /// and stored where they come to the scene: the eye's distance does not show.
 #[derive(Clone, Debug)]
-struct Far {
+struct DistantCamera {
     camera: Camera<f64>,
     ahead: f64,
 }
 
-impl Far {
+impl DistantCamera {
     /// Out of line, so that the rays of other cameras stay in the loops that make them.
     #[inline(never)]
     fn ray<R: Real>(&self, x: f64, y: f64, lens: [f32; 2]) -> Ray<R> {
@@ -174,7 +174,7 @@ impl<R: Real> Camera<R> {
         let ahead = R::from_f64(distance - 2.0 * reach).to_f64();
         let moves = camera.shutter.as_ref().is_some_and(|shutter| shutter.moving.is_some());
         let far = !moves && !bounds.is_empty() && ahead * R::ROUNDOFF.to_f64() > FAR * reach && ahead.is_finite();
-        Self { far: far.then(|| Box::new(Far { camera: Camera::new(data, size), ahead })), ..camera }
+        Self { far: far.then(|| Box::new(DistantCamera { camera: Camera::new(data, size), ahead })), ..camera }
     }
 
     /// How far from the eye, or from its plane, rays start. Zero but for a camera that is far from everything.

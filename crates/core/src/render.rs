@@ -15,7 +15,7 @@ use self::first_hits::FirstHitSums;
 use self::queue::{Next, Queue};
 use crate::counters::Counters;
 use crate::denoise::{DenoiseError, Denoised, denoise};
-use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Single, Sums, Unit, parts};
+use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, ReplicateBuffer, Single, Sums, TileUpdate, parts};
 use crate::filter::Draws;
 use crate::integrator::{FirstHit, LightTransport, PACKET};
 use crate::observer::Observer;
@@ -77,7 +77,7 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
     let (plan, draws) = (film.plan().clone(), settings.filter.draws());
     let queue = Mutex::new(Queue::new(film, part));
     // A call of its own: in the loop's condition the lock would be held until the work is done.
-    let exchange = |finished: Option<Unit>| lock(&queue).exchange(finished, observer);
+    let exchange = |finished: Option<TileUpdate>| lock(&queue).exchange(finished, observer);
     let work = || {
         let mut finished = None;
         let mut tracer = T::new(scene, settings.max_depth, !plan.layers.mean.is_empty(), observer);
@@ -129,7 +129,7 @@ struct UnitJob<'a, R: Real, T> {
 
 impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
     /// None where the observer stopped it halfway.
-    fn run(&self, start: &Plane, tracer: &mut T) -> Option<Unit> {
+    fn run(&self, start: &ReplicateBuffer, tracer: &mut T) -> Option<TileUpdate> {
         match self.plan.random {
             true if self.settings.accumulation == Accumulation::Single => self.gather::<Single>(start, tracer),
             true => self.gather::<Moments>(start, tracer),
@@ -137,12 +137,12 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         }
     }
 
-    fn gather<B: Block<R>>(&self, start: &Plane, tracer: &mut T) -> Option<Unit> {
+    fn gather<B: Block<R>>(&self, start: &ReplicateBuffer, tracer: &mut T) -> Option<TileUpdate> {
         let pixels = self.area.width as usize * self.area.height as usize;
-        let mut plane = Plane::with_room(self.plan, pixels);
+        let mut plane = ReplicateBuffer::with_room(self.plan, pixels);
         let mut spread = Vec::with_capacity(if self.plan.random { pixels } else { 0 });
         let (mut dropped, met);
-        let mut finish = |plane: &mut Plane, pixel: Sums| {
+        let mut finish = |plane: &mut ReplicateBuffer, pixel: Sums| {
             plane.push(self.plan, &pixel, self.samples.end);
             if self.plan.random {
                 spread.push(pixel.spread);
@@ -185,11 +185,11 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
             return None;
         }
         let mut counters: Counters = tracer.take_counters();
-        let entered = |plane: &Plane| plane.samples.iter().map(|&n| u64::from(n)).sum::<u64>();
+        let entered = |plane: &ReplicateBuffer| plane.samples.iter().map(|&n| u64::from(n)).sum::<u64>();
         counters.samples = entered(&plane) - entered(start);
         counters.dropped = dropped;
         counters.met = met;
-        Some(Unit { tile: self.tile, replicate: self.replicate, drawn: self.samples.end, plane, spread, centre, counters })
+        Some(TileUpdate { tile: self.tile, replicate: self.replicate, drawn: self.samples.end, plane, spread, centre, counters })
     }
 
     /// Rows of the whole picture that the tile lies in.
@@ -205,7 +205,12 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
     }
 
     /// Pixels that are the means of their corners; how many samples were dropped, and how many met something.
-    fn corners<B: Block<R>>(&self, tracer: &mut T, plane: &mut Plane, mut finish: impl FnMut(&mut Plane, Sums)) -> (u64, u64) {
+    fn corners<B: Block<R>>(
+        &self,
+        tracer: &mut T,
+        plane: &mut ReplicateBuffer,
+        mut finish: impl FnMut(&mut ReplicateBuffer, Sums),
+    ) -> (u64, u64) {
         let (lattice, hits) = self.lattice(tracer);
         let row = self.area.width as usize + 1;
         let mut dropped = 0;

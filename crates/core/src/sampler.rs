@@ -80,15 +80,15 @@ pub enum Branch {
 
 /// The part of an address that all vertices of a sample share, mixed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Way(u64);
+pub(crate) struct SampleHash(u64);
 
 impl Address {
     /// What all vertices of its sample share.
     #[inline]
-    pub(crate) fn way(&self) -> Way {
+    pub(crate) fn way(&self) -> SampleHash {
         let words =
             [u64::from(self.pixel[0]) | u64::from(self.pixel[1]) << 32, u64::from(self.frame) | u64::from(self.replicate) << 32];
-        Way(words.into_iter().fold(mix(self.seed), |hash, word| mix(hash ^ word)))
+        SampleHash(words.into_iter().fold(mix(self.seed), |hash, word| mix(hash ^ word)))
     }
 
     /// The address of the first vertex on a side branch that leaves here.
@@ -119,7 +119,7 @@ impl Sequence {
 
     /// The same where [`Address::way`] is known.
     #[inline(always)]
-    pub fn on(Way(way): Way, at: Address, purpose: Purpose) -> Self {
+    pub fn on(SampleHash(way): SampleHash, at: Address, purpose: Purpose) -> Self {
         let vertex = u64::from(at.bounce) | u64::from(at.index / SEQUENCE) << 32 | (purpose as u64) << 56;
         Self { scramble: mix(mix(way ^ vertex) ^ at.branch) as u32, sampler: at.sampler }
     }

@@ -53,13 +53,13 @@ pub(crate) trait HitVisitor {
 
 /// Where boxes end, and triangles.
 #[derive(Clone, Copy)]
-struct Far<S: Simd> {
+struct RayEnd<S: Simd> {
     value: f32,
     last: f32,
     boxes: S::Floats,
 }
 
-impl<S: Simd> Far<S> {
+impl<S: Simd> RayEnd<S> {
     #[inline(always)]
     fn new(s: S, value: f32) -> Self {
         let last = TraversalRay::last(value);
@@ -151,7 +151,7 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
     let [sx, sy, sz] = setup.slopes.side.map(|side| (side & 1) * WIDTH);
     // Apart from the slopes, which need no place in memory.
     let aim = setup.aim;
-    let mut far = Far::new(s, answer.far());
+    let mut far = RayEnd::new(s, answer.far());
     let (mut stack, mut line) = (Stack::new(), None);
     let mut top = 0;
     let mut current = Child(0);
@@ -221,7 +221,7 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
             return true;
         }
         if !A::ANY && answer.far() != far.value {
-            far = Far::new(s, answer.far());
+            far = RayEnd::new(s, answer.far());
         }
         // SAFETY: everything below the top was written.
         let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else { return false };

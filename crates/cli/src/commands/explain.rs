@@ -4,7 +4,7 @@
 use raywright_core::Settings;
 use raywright_core::accuracy::{EffectCosts, measure_effects};
 use raywright_core::effects::{EffectReport, Finding, Status, detect};
-use raywright_core::ladder::{Standing, standings};
+use raywright_core::ladder::{CurrentRung, standings};
 use raywright_io::{Limits, Loaded, SourceInfo};
 use serde::Serialize;
 
@@ -76,13 +76,13 @@ struct Explanation<'a> {
     scene_hash: String,
     #[serde(flatten)]
     report: &'a EffectReport,
-    ladders: &'a [Standing],
+    ladders: &'a [CurrentRung],
     /// What effects cost, where it was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     costs: Option<&'a EffectCosts>,
 }
 
-fn json(loaded: &Loaded, report: &EffectReport, ladders: &[Standing], costs: Option<&EffectCosts>) -> String {
+fn json(loaded: &Loaded, report: &EffectReport, ladders: &[CurrentRung], costs: Option<&EffectCosts>) -> String {
     console::json(&Explanation {
         format: FORMAT,
         scene: &loaded.source.name,
@@ -115,14 +115,14 @@ pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String
 const ABSENT: &str = "absent, and nothing is spent on it";
 
 /// The ladders that the scene reaches: the rung in use with what it is, and the others.
-fn rungs(ladders: &[Standing]) -> String {
-    let row = |standing: &Standing| {
+fn rungs(ladders: &[CurrentRung]) -> String {
+    let row = |standing: &CurrentRung| {
         let own = standing.rungs.iter().find(|rung| rung.name == standing.rung);
         let others: Vec<&str> = standing.rungs.iter().map(|rung| rung.name).filter(|name| *name != standing.rung).collect();
         let about = own.map_or_else(String::new, |rung| format!("{} ", rung.about));
         [format!("  {}", standing.ladder), standing.rung.clone(), format!("{about}(others: {})", others.join(", "))]
     };
-    let (pictures, time): (Vec<&Standing>, Vec<&Standing>) = ladders.iter().partition(|standing| standing.changes_pictures);
+    let (pictures, time): (Vec<&CurrentRung>, Vec<&CurrentRung>) = ladders.iter().partition(|standing| standing.changes_pictures);
     let mut text = String::new();
     for (title, list) in [("rungs in use", pictures), ("rungs in use that change no picture", time)] {
         let rows: Vec<[String; 3]> = list.into_iter().map(row).collect();

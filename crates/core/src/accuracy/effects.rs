@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::Listener;
-use super::renderer::{Now, Renderer, Stopwatch, Take, Unfinished, stopwatch};
+use super::renderer::{Now, Renderer, Stopwatch, TimedRender, Unfinished, stopwatch};
 use super::setting::Setting;
 use crate::bench::Spread;
 use crate::display::Display;
@@ -117,7 +117,7 @@ impl Bench<'_> {
         Ok(EffectCosts { size: settings.size, seconds: Spread::of(&own), effects: costs, late })
     }
 
-    fn take(&self, settings: &Settings, round: u64) -> Result<Take, Unfinished> {
+    fn take(&self, settings: &Settings, round: u64) -> Result<TimedRender, Unfinished> {
         let studio = Renderer { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch, now: self.now };
         studio.take(&Setting::default(), round, self.start + self.budget)
     }
@@ -132,7 +132,7 @@ impl Bench<'_> {
         Ok(scaled(least * (0.8 * self.budget.as_secs_f64() / all).sqrt().clamp(1.0, 1.0 / least)))
     }
 
-    fn cost(&self, effect: Effect, with: &[Take], without: &[Take]) -> EffectCost {
+    fn cost(&self, effect: Effect, with: &[TimedRender], without: &[TimedRender]) -> EffectCost {
         let seconds: Vec<f64> = without.iter().map(|take| take.seconds).collect();
         let ratios: Vec<f64> = with.iter().zip(without).map(|(a, b)| a.seconds / b.seconds.max(1e-9)).collect();
         let pairs: Vec<(&Picture, &Picture)> = with.iter().zip(without).map(|(a, b)| (&a.picture, &b.picture)).collect();

@@ -49,7 +49,7 @@ pub struct Errors {
 
 /// How far apart renders are that have the same random numbers: what a choice changes by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Apart {
+pub(super) struct PairedDifference {
     /// Root of the mean squared difference.
     pub rmse: f64,
     /// Mean of the squared difference over R² + 0.01.
@@ -73,7 +73,7 @@ impl Truth {
     }
 
     /// Compares renders pair by pair, each pair with the same random numbers.
-    pub(super) fn paired(&self, pairs: &[(&Picture, &Picture)]) -> Apart {
+    pub(super) fn paired(&self, pairs: &[(&Picture, &Picture)]) -> PairedDifference {
         let (mut squares, mut relative, mut count) = (0.0, 0.0, 0_usize);
         for (a, b) in pairs {
             let values = a.rgb.iter().flatten().zip(b.rgb.iter().flatten()).zip(self.picture.rgb.iter().flatten());
@@ -85,7 +85,7 @@ impl Truth {
             }
         }
         let n = count.max(1) as f64;
-        Apart { rmse: (squares / n).sqrt(), relative: relative / n }
+        PairedDifference { rmse: (squares / n).sqrt(), relative: relative / n }
     }
 
     /// Judges renders of one setting, each with random numbers of its own and of the truth's size; `by_chance` says whether there
@@ -238,6 +238,6 @@ mod tests {
         let apart = truth(0.0).paired(&pairs(1, 0));
         near(apart.rmse, 0.01, 1e-4);
         near(apart.relative, 1e-4 / 0.26, 1e-4);
-        assert_eq!(truth(0.0).paired(&pairs(0, 0)), Apart { rmse: 0.0, relative: 0.0 });
+        assert_eq!(truth(0.0).paired(&pairs(0, 0)), PairedDifference { rmse: 0.0, relative: 0.0 });
     }
 }

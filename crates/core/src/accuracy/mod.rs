@@ -8,12 +8,12 @@ mod answer;
 mod effects;
 mod estimate;
 mod frontier;
+mod measurements;
 mod outputs;
 mod renderer;
 mod report;
 mod session;
 mod setting;
-mod shots;
 
 use core::time::Duration;
 use std::time::Instant;
@@ -30,7 +30,7 @@ pub use effects::{EffectCost, EffectCosts, measure_effects};
 pub use estimate::{Errors, Interval};
 pub use outputs::OutputReport;
 pub use report::{
-    Advice, Answer, Base, Candidate, LadderReport, Measured, Paid, Price, PriceReport, Reference, Report, RungReport, Shown,
+    Advice, Answer, Base, Candidate, LadderReport, Measured, Price, PriceReport, Reference, Report, RungCost, RungReport, Shown,
 };
 pub use setting::Setting;
 

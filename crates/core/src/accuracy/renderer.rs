@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use super::estimate::Truth;
+use super::measurements::Reference;
 use super::report::Reference as Told;
 use super::setting::{Setting, reference};
-use super::shots::Reference;
 use super::{MeasureError, Start};
 use crate::bench::clock::process_seconds;
 use crate::dispatch::{Ready, prepare};
@@ -65,7 +65,7 @@ pub(super) struct Renderer<'a> {
 }
 
 /// One finished render.
-pub(super) struct Take {
+pub(super) struct TimedRender {
     pub picture: Picture,
     /// Seconds of all threads for rendering alone, and for preparing.
     pub seconds: f64,
@@ -78,13 +78,13 @@ pub(super) struct Take {
 }
 
 /// The caller's observer with a time at which all ends.
-struct Until<'a> {
+struct Deadline<'a> {
     observer: &'a dyn Observer,
     now: Now<'a>,
     end: Instant,
 }
 
-impl Observer for Until<'_> {
+impl Observer for Deadline<'_> {
     fn cancelled(&self) -> bool {
         self.observer.cancelled() || (self.now)() >= self.end
     }
@@ -99,14 +99,14 @@ pub(super) struct ReferenceTime {
 
 impl Renderer<'_> {
     /// Renders a setting with the random numbers of a round.
-    pub fn take(&self, setting: &Setting, round: u64, end: Instant) -> Result<Take, Unfinished> {
+    pub fn take(&self, setting: &Setting, round: u64, end: Instant) -> Result<TimedRender, Unfinished> {
         let (scene, mut settings) = setting.applied(self.scene, self.settings);
         settings.seed = settings.seed.wrapping_add(round);
         self.render(&scene, &settings, end)
     }
 
     /// Renders any scene.
-    pub fn render(&self, scene: &Scene, settings: &Settings, end: Instant) -> Result<Take, Unfinished> {
+    pub fn render(&self, scene: &Scene, settings: &Settings, end: Instant) -> Result<TimedRender, Unfinished> {
         let until = self.until(end);
         let mut ready = Err(PrepareError::Cancelled);
         let preparing = (self.stopwatch)(&mut || {
@@ -124,7 +124,7 @@ impl Renderer<'_> {
         let Some(rendered) = rendered.filter(|rendered| rendered.finished) else {
             return Err(Unfinished::Late);
         };
-        Ok(Take {
+        Ok(TimedRender {
             rays: rendered.counters.rays(),
             picture: rendered.shown().clone(),
             seconds,
@@ -134,8 +134,8 @@ impl Renderer<'_> {
         })
     }
 
-    fn until(&self, end: Instant) -> Until<'_> {
-        Until { observer: self.observer, now: self.now, end }
+    fn until(&self, end: Instant) -> Deadline<'_> {
+        Deadline { observer: self.observer, now: self.now, end }
     }
 
     /// The reference on these rungs: the one that there is, or replicate by replicate until time is out, of two at least a part.
@@ -186,7 +186,11 @@ impl Renderer<'_> {
         // The film is this scene's own, so that nothing of it is refused.
         let _ = ready.render_part(film, &part(0..2), &self.until(end));
         while !has_both(film) && (self.now)() < latest && !self.observer.cancelled() {
-            let _ = ready.render_part(film, &part(0..2), &Few { until: self.until(latest), left: AtomicUsize::new(FEW) });
+            let _ = ready.render_part(
+                film,
+                &part(0..2),
+                &WorkLimit { until: self.until(latest), left: AtomicUsize::new(WORK_LIMIT) },
+            );
         }
         let done = (0..REPLICATES).take_while(|&replicate| film.lacking(&part(replicate..replicate + 1)) == 0).count() as u32;
         if kept || done < 2 {
@@ -211,15 +215,15 @@ impl Renderer<'_> {
 }
 
 /// Pieces of work that are done between two looks at what is there.
-const FEW: usize = 16;
+const WORK_LIMIT: usize = 16;
 
 /// Ends after a few pieces of work.
-struct Few<'a> {
-    until: Until<'a>,
+struct WorkLimit<'a> {
+    until: Deadline<'a>,
     left: AtomicUsize,
 }
 
-impl Observer for Few<'_> {
+impl Observer for WorkLimit<'_> {
     fn cancelled(&self) -> bool {
         self.until.cancelled()
     }

@@ -206,12 +206,12 @@ pub struct Price {
     /// Whether it is the one in use.
     pub in_use: bool,
     /// None where it would have taken too long.
-    pub paid: Option<Paid>,
+    pub paid: Option<RungCost>,
 }
 
 /// Time and memory.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Paid {
+pub struct RungCost {
     /// Seconds of all threads for preparing the scene, its tree included.
     pub preparing: Spread,
     /// Seconds of all threads for a render.

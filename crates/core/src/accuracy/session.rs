@@ -10,11 +10,11 @@ use std::time::Instant;
 use std::vec;
 
 use self::reach::samples_of;
+use super::measurements::Measurements;
 use super::outputs::outputs;
 use super::renderer::{Now, ReferenceTime, Renderer, Stopwatch};
 use super::report::{Base, LadderReport, Report, RungReport, Shown};
 use super::setting::Setting;
-use super::shots::Shots;
 use super::{Effort, KeptReference, Listener, MeasureError, Start};
 use crate::dispatch::collapsed;
 use crate::display::Display;
@@ -127,17 +127,17 @@ impl<'a> Session<'a> {
         let studio = self.studio(&settings);
         listener.step("rendering the reference", self.spent());
         let (truth, reference, film) = studio.reference(&exact, self.display, self.reference_time(), start)?;
-        let mut shots = Shots::new(&studio, &truth);
-        self.rounds(&mut shots, listener)?;
-        let ladders: Vec<LadderReport> = self.pictured.iter().map(|&ladder| self.ladder(ladder, &shots)).collect();
-        let pictures = self.pictures(&shots);
-        let own_picture = shots.first(&Setting::default());
+        let mut measurements = Measurements::new(&studio, &truth);
+        self.rounds(&mut measurements, listener)?;
+        let ladders: Vec<LadderReport> = self.pictured.iter().map(|&ladder| self.ladder(ladder, &measurements)).collect();
+        let pictures = self.pictures(&measurements);
+        let own_picture = measurements.first(&Setting::default());
         let outputs = own_picture.map(|own| outputs(own, self.display, self.settings.output, self.stopwatch)).unwrap_or_default();
-        let (frontier, answer) = self.frontier(&mut shots, listener)?;
-        let prices = self.prices(&shots, listener)?;
+        let (frontier, answer) = self.frontier(&mut measurements, listener)?;
+        let prices = self.prices(&measurements, listener)?;
         let costs = self.costs(listener)?;
         // The scene's own setting is the first of the first round: without it there is nothing to tell.
-        let own = shots.measured(&Setting::default(), &Setting::default());
+        let own = measurements.measured(&Setting::default(), &Setting::default());
         let own = own.ok_or_else(|| self.explained(PrepareError::Cancelled))?;
         let called_for: Vec<Ladder> = self.pictured.iter().chain(&self.priced).chain(&[Ladder::Output]).copied().collect();
         let report = Report {
@@ -146,7 +146,7 @@ impl<'a> Session<'a> {
             reference,
             answer,
             own,
-            base: self.base_report(&shots),
+            base: self.base_report(&measurements),
             ladders,
             prices,
             outputs,
@@ -220,19 +220,19 @@ impl<'a> Session<'a> {
         choice.map_or_else(|| self.beside(ladder), |choice| self.setting(choice))
     }
 
-    fn ladder(&self, ladder: Ladder, shots: &Shots<'_>) -> LadderReport {
+    fn ladder(&self, ladder: Ladder, measurements: &Measurements<'_>) -> LadderReport {
         let in_use = ladder.in_use(self.scene, &self.settings);
         let (exact, beside) = (self.most_exact(ladder), self.beside(ladder));
         let rung = |choice: Choice| {
             let setting = self.setting(choice);
             let is_in_use = setting == beside;
-            let paired = if ladder.shares_random_numbers() { shots.paired(&setting, &exact) } else { None };
+            let paired = if ladder.shares_random_numbers() { measurements.paired(&setting, &exact) } else { None };
             RungReport {
                 rung: choice.rung().to_owned(),
                 about: choice.about(),
                 in_use: is_in_use,
                 flag: (!is_in_use).then(|| Setting::one(choice).flags().pop()).flatten(),
-                measured: shots.measured(&setting, &beside),
+                measured: measurements.measured(&setting, &beside),
                 own_error: paired.map(|paired| paired.rmse),
             }
         };
@@ -240,17 +240,17 @@ impl<'a> Session<'a> {
     }
 
     /// What rungs other than numbers of samples were put on, where that is not the scene as it is.
-    fn base_report(&self, shots: &Shots<'_>) -> Option<Base> {
+    fn base_report(&self, measurements: &Measurements<'_>) -> Option<Base> {
         let samples = self.base.rung(Ladder::Samples).map(|_| BASE_SAMPLES)?;
-        Some(Base { samples, measured: shots.measured(&self.base, &Setting::default())? })
+        Some(Base { samples, measured: measurements.measured(&self.base, &Setting::default())? })
     }
 
     /// The reference, and what each setting looks like that was rendered.
-    fn pictures(&self, shots: &Shots<'_>) -> Vec<Shown> {
+    fn pictures(&self, measurements: &Measurements<'_>) -> Vec<Shown> {
         let mut all = vec![Setting::default()];
         all.extend(self.choices().map(|choice| self.setting(choice)));
-        let render = |setting: Setting| Some(Shown { name: setting.to_string(), picture: shots.first(&setting)?.clone() });
-        let reference = Shown { name: "reference".to_owned(), picture: shots.truth.truth.picture.clone() };
+        let render = |setting: Setting| Some(Shown { name: setting.to_string(), picture: measurements.first(&setting)?.clone() });
+        let reference = Shown { name: "reference".to_owned(), picture: measurements.truth.truth.picture.clone() };
         [reference].into_iter().chain(all.into_iter().filter_map(render)).collect()
     }
 }

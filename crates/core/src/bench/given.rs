@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::generated::Numbers;
 use super::measure::{Contest, Contestant, Method, Row, row, timed_builds};
-use super::{BenchError, Care, SEEDS};
+use super::{BenchError, BenchOptions, SEEDS};
 use crate::camera::Camera;
 use crate::framing::{FIELD_OF_VIEW, Silhouette, View};
 use crate::lookup::Lookup;
@@ -29,7 +29,7 @@ pub struct Given {
 ///
 /// # Errors
 /// See [`BenchError`].
-pub fn given(scene: &Scene, settings: &Settings, care: &Care, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
+pub fn given(scene: &Scene, settings: &Settings, care: &BenchOptions, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
     measured(scene, settings, &Method::of(care), on_row)
 }
 
@@ -98,7 +98,7 @@ mod tests {
 
     /// By a clock that goes with the work, so that what is timed does not depend on the machine's load.
     const HASTY: Method =
-        Method { care: Care { repeats: 1, sample_seconds: 1e-4, build: BuildQuality::Fast }, stopwatch: steady };
+        Method { care: BenchOptions { repeats: 1, sample_seconds: 1e-4, build: BuildQuality::Fast }, stopwatch: steady };
 
     fn given(scene: &Scene, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
         measured(scene, &Settings::of(scene), &HASTY, on_row)

@@ -10,7 +10,7 @@ use super::statistics::Spread;
 
 /// How carefully is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Care {
+pub struct BenchOptions {
     /// Interleaved repeats of each, at least one.
     pub repeats: usize,
     /// Seconds that one timed sample should take; shorter ones show the clock and not the work.
@@ -19,7 +19,7 @@ pub struct Care {
     pub build: BuildQuality,
 }
 
-impl Care {
+impl BenchOptions {
     /// Scan and tree.
     pub(super) fn kinds(&self) -> [AcceleratorKind; 2] {
         [AcceleratorKind::Linear, AcceleratorKind::Tree(self.build)]
@@ -29,13 +29,13 @@ impl Care {
 /// How it is done: with what care, and by which clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Method {
-    pub care: Care,
+    pub care: BenchOptions,
     pub stopwatch: Stopwatch,
 }
 
 impl Method {
     /// By the thread's own time.
-    pub fn of(care: &Care) -> Self {
+    pub fn of(care: &BenchOptions) -> Self {
         Self { care: *care, stopwatch }
     }
 }

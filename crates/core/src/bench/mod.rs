@@ -19,7 +19,7 @@ use measure::{Contest, Contestant, Method, row, timed_builds};
 
 pub use generated::{FILL, Kind, group, radius, rays};
 pub use given::{Given, given};
-pub use measure::{Care, Cost, Disagreement, Row};
+pub use measure::{BenchOptions, Cost, Disagreement, Row};
 pub use statistics::{Crossover, PowerLaw, Spread};
 
 /// Why there is no measurement.
@@ -75,7 +75,7 @@ pub fn sizes(largest: u32) -> Vec<u32> {
 ///
 /// # Errors
 /// See [`BenchError`].
-pub fn generated(kind: Kind, sizes: &[u32], care: &Care, on_row: &mut dyn FnMut(&Row)) -> Result<Series, BenchError> {
+pub fn generated(kind: Kind, sizes: &[u32], care: &BenchOptions, on_row: &mut dyn FnMut(&Row)) -> Result<Series, BenchError> {
     measured(kind, sizes, &Method::of(care), on_row)
 }
 
@@ -119,7 +119,7 @@ mod tests {
     /// Care enough to run everything, not to measure anything, by a clock that goes with the work: what is timed does not
     /// depend on the machine's load.
     fn hasty(sample_seconds: f64) -> Method {
-        Method { care: Care { repeats: 2, sample_seconds, build: BuildQuality::Fast }, stopwatch: clock::steady }
+        Method { care: BenchOptions { repeats: 2, sample_seconds, build: BuildQuality::Fast }, stopwatch: clock::steady }
     }
 
     /// Protects: rows are complete and plausible, and the scan's tests are exactly N: what is timed is what is claimed.

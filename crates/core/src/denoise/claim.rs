@@ -228,4 +228,27 @@ mod tests {
         assert!((near.estimate(0.0).high - far.estimate(0.0).high).abs() < 1e-4 && !near.is_unknown(0.0) && far.is_unknown(0.0));
         assert!(sums(-0.5, 1.0).estimate(0.0).high > NORMAL.sqrt() * unsure.sqrt());
     }
+
+    /// Protects: a pixel's error is told by its surroundings' in radiance or relative to theirs, whichever says less. A lamp of 100 among eight
+    /// black pixels with squared errors of 0.9 and 0.09 has the mean in radiance, 0.18; they have the mean of what is relative to 0.01.
+    #[test]
+    fn a_lamp_does_not_lend_its_error() {
+        let pixel = |colour: f32, squared: f32| {
+            let mut pixel = CandidatePixel { base: [1.0; 3], ..CandidatePixel::default() };
+            (pixel.added[1], pixel.apart[0]) = ([colour; 3], [squared; 3]);
+            pixel
+        };
+        let mut pixels = [pixel(0.0, 0.09); 9];
+        pixels[4] = pixel(100.0, 0.9);
+        pixels[4].base = [100.0; 3];
+        let errors = errors([3, 3], &pixels);
+        let relative = (8.0 * 9.0 + 0.9 / (100.0 * 100.0 + 0.01)) / 9.0;
+        for (i, expected) in [(4, 0.18_f64), (0, 0.01 * relative), (7, 0.01 * relative)] {
+            assert!(
+                errors[i].iter().all(|e| (f64::from(e * e) / expected - 1.0).abs() < 1e-5),
+                "{i}: {:?} for {expected}",
+                errors[i]
+            );
+        }
+    }
 }

@@ -11,7 +11,7 @@
 //! which points of a sequence are even.
 
 use super::relative::weights;
-use super::{Doubt, Film, Plan, Plane};
+use super::{Doubt, Film, Plan, ReplicateBuffer};
 use crate::denoise::denoise;
 use crate::observer::Observer;
 
@@ -157,9 +157,9 @@ impl Film {
 
     /// Relative variance of one sample in the mean over each tile's pixels, by the first two replicates of one half.
     fn variances(&self, half: u32) -> Vec<f64> {
-        let pair: Vec<&Plane> = self.planes.iter().skip(half as usize).step_by(2).take(2).flatten().collect();
+        let pair: Vec<&ReplicateBuffer> = self.planes.iter().skip(half as usize).step_by(2).take(2).flatten().collect();
         let [first, second] = pair[..] else { return vec![0.0; self.plan.tiles() as usize] };
-        let means = |plane: &Plane| -> Vec<[f64; 3]> {
+        let means = |plane: &ReplicateBuffer| -> Vec<[f64; 3]> {
             let of = |pixel: usize| plane.total(pixel).map(|sum| sum / f64::from(plane.samples[pixel].max(1)));
             (0..self.plan.pixels()).map(of).collect()
         };

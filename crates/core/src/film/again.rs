@@ -32,21 +32,21 @@ const FEWEST: f64 = 40.0;
 
 /// What is known of the square of a pixel's true colour where light was seen once.
 #[derive(Clone, Copy)]
-pub(super) struct Once {
+pub(super) struct SingleReplicateBound {
     /// Most that a squared error is weighed by.
     pub most: [f64; 3],
     /// How far such a weight may be off, as a share of it.
     pub deviation: [f64; 3],
 }
 
-impl Default for Once {
+impl Default for SingleReplicateBound {
     /// Where nothing vouches for such light.
     fn default() -> Self {
         Self { most: [f64::INFINITY; 3], deviation: [0.0; 3] }
     }
 }
 
-impl Once {
+impl SingleReplicateBound {
     /// By the means of four replicates.
     pub fn of(four: [[f64; 3]; 4]) -> Self {
         let mean: [f64; 3] = core::array::from_fn(|i| four.iter().map(|mean| mean[i]).sum::<f64>().max(0.0) / 4.0);
@@ -58,7 +58,7 @@ impl Once {
 
 /// What the held out say of light that one replicate alone saw.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Again {
+pub(super) struct LeaveOneOut {
     /// Replicates held out.
     held: f64,
     /// Weights, their squares, and what was seen again times the weights.
@@ -67,7 +67,7 @@ pub(super) struct Again {
     seen: f64,
 }
 
-impl AddAssign for Again {
+impl AddAssign for LeaveOneOut {
     fn add_assign(&mut self, other: Self) {
         self.held += other.held;
         self.weights += other.weights;
@@ -76,9 +76,9 @@ impl AddAssign for Again {
     }
 }
 
-impl Again {
+impl LeaveOneOut {
     /// Adds what the means of four replicates say, each held out in turn. The brighter the light the more its error is in doubt, and the more it
-    /// counts: by √m, as in [`Once`]. Of pixels too dark to have a relative error of their own nothing is to be learned.
+    /// counts: by √m, as in [`SingleReplicateBound`]. Of pixels too dark to have a relative error of their own nothing is to be learned.
     pub fn add(&mut self, four: [[f64; 3]; 4]) {
         let bright = four.map(|mean| (mean[0] + mean[1] + mean[2]) / 3.0);
         for held in 0..4 {

@@ -1,19 +1,19 @@
 //! What the replicates of a pixel say of its mean, and of how far that may be off.
 
-use super::Plane;
+use super::ReplicateBuffer;
 use super::relative::{REACH, around};
 use super::sums::WHOLE;
 
 /// The replicates of which anything is there, in ascending order.
-pub(super) struct There<'a> {
-    planes: Vec<&'a Plane>,
+pub(super) struct ReplicateStats<'a> {
+    planes: Vec<&'a ReplicateBuffer>,
     /// Whether each replicate counts the same, however many samples it has. Where these numbers were decided by what other
     /// replicates saw, weights by numbers would be correlated with colours, and the mean off.
     even: bool,
 }
 
-impl<'a> There<'a> {
-    pub fn new(planes: impl Iterator<Item = &'a Plane>, even: bool) -> Self {
+impl<'a> ReplicateStats<'a> {
+    pub fn new(planes: impl Iterator<Item = &'a ReplicateBuffer>, even: bool) -> Self {
         Self { planes: planes.collect(), even }
     }
 

@@ -32,11 +32,11 @@ mod uncertainty;
 
 pub(crate) use adaptive::Aim;
 pub use adaptive::DoubtedAim;
-use estimate::There;
+use estimate::ReplicateStats;
 use identity::Identity;
 pub use merge::PartError;
 pub(crate) use plan::Plan;
-pub(crate) use plane::{Plane, Rect};
+pub(crate) use plane::{Rect, ReplicateBuffer};
 pub use record::{FilmHeader, HeaderError, Numbers};
 pub(crate) use replicate_quad::{BRIGHTEST, FOUR, QuadError, ReplicateQuad};
 pub(crate) use sums::{Block, Gather, Moments, Plain, Single, Sums, parts};
@@ -55,7 +55,7 @@ pub struct Film {
     identity: Identity,
     plan: Plan,
     /// One a replicate; none while nothing of it is there.
-    planes: Vec<Option<Plane>>,
+    planes: Vec<Option<ReplicateBuffer>>,
     /// Root of the summed squared deviations of samples from the means of their replicates; empty without chance.
     spread: Vec<[f32; 3]>,
     /// Layers of pixel-centre rays, which come with the first replicate.
@@ -102,12 +102,12 @@ impl Part {
 
 /// Some samples of one tile in one replicate, and all that came before them.
 #[derive(Clone, Debug)]
-pub(crate) struct Unit {
+pub(crate) struct TileUpdate {
     pub tile: u32,
     pub replicate: u32,
     /// Samples of each pixel now.
     pub drawn: u32,
-    pub plane: Plane,
+    pub plane: ReplicateBuffer,
     /// Of the samples that were added.
     pub spread: Vec<[f32; 3]>,
     pub centre: Vec<Vec<f32>>,
@@ -216,7 +216,7 @@ impl Film {
     }
 
     /// What is there of a tile in a replicate, to go on with.
-    pub(crate) fn state(&self, tile: u32, replicate: u32) -> Plane {
+    pub(crate) fn state(&self, tile: u32, replicate: u32) -> ReplicateBuffer {
         let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);
         let plane = self.planes[replicate as usize].as_ref().filter(|_| self.drawn(tile, replicate) > 0);
         plane.map(|plane| plane.cut(area)).unwrap_or_default()
@@ -239,13 +239,13 @@ impl Film {
 
     /// Bytes that the sums and layers take.
     pub fn bytes(&self) -> u64 {
-        let planes: usize = self.planes.iter().flatten().map(Plane::bytes).sum();
+        let planes: usize = self.planes.iter().flatten().map(ReplicateBuffer::bytes).sum();
         let centre: usize = self.centre.iter().map(|layer| layer.len() * 4).sum();
         (planes + self.spread.len() * 12 + centre) as u64
     }
 
     /// Puts a tile in its place, with samples that it did not have.
-    pub(crate) fn put(&mut self, unit: &Unit) {
+    pub(crate) fn put(&mut self, unit: &TileUpdate) {
         let tile = self.plan.tile(unit.tile);
         let (from, to) = (Rect::all(tile.width, tile.height), Rect::within(tile, self.plan.crop.width));
         let spread = self.apart(unit, from, to);
@@ -259,7 +259,7 @@ impl Film {
 
     /// How far samples that are added lie from their replicate's mean: their deviations from their own mean, and how far that lies
     /// from the mean of those before them (Chan, Golub and LeVeque 1983).
-    fn apart(&self, unit: &Unit, from: Rect, to: Rect) -> Vec<[f32; 3]> {
+    fn apart(&self, unit: &TileUpdate, from: Rect, to: Rect) -> Vec<[f32; 3]> {
         let before = self.planes[unit.replicate as usize].as_ref().filter(|_| self.drawn(unit.tile, unit.replicate) > 0);
         let Some(before) = before.filter(|_| !unit.spread.is_empty()) else { return unit.spread.clone() };
         let pixels = from.rows().flatten().zip(to.rows().flatten());
@@ -279,9 +279,9 @@ impl Film {
             .collect()
     }
 
-    fn place(&mut self, replicate: u32, plane: &Plane, from: Rect, to: Rect) {
+    fn place(&mut self, replicate: u32, plane: &ReplicateBuffer, from: Rect, to: Rect) {
         let plan = &self.plan;
-        self.planes[replicate as usize].get_or_insert_with(|| Plane::zero(plan)).copy(to, plane, from);
+        self.planes[replicate as usize].get_or_insert_with(|| ReplicateBuffer::zero(plan)).copy(to, plane, from);
     }
 
     fn place_centre(&mut self, layers: &[Vec<f32>], from: Rect, to: Rect) {
@@ -327,8 +327,8 @@ impl Film {
         Some((self.there().standard_errors(self.plan.pixels(), self.plan.crop.width as usize), freedom))
     }
 
-    fn there(&self) -> There<'_> {
-        There::new(self.planes.iter().flatten(), self.plan.adaptive)
+    fn there(&self) -> ReplicateStats<'_> {
+        ReplicateStats::new(self.planes.iter().flatten(), self.plan.adaptive)
     }
 
     /// The picture so far: of pixels that lack samples the mean of those they have, black without any.

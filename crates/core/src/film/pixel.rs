@@ -1,6 +1,6 @@
 //! What one pixel's replicates add to the error of a picture: its variance weighed in four ways, and squared products of differences.
 
-use super::again::Once;
+use super::again::SingleReplicateBound;
 
 /// Ways to pair four replicates.
 const PAIRINGS: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
@@ -27,7 +27,14 @@ impl Pixel {
     /// Adds what the means of four replicates say: each difference of two has twice the variance of a replicate, and an eighth of its square
     /// is the variance of a mean of four. It is weighed by the other two, by itself, by the mean of all four and by their products; by the
     /// first and the last no more than light that was seen once allows.
-    pub fn add(&mut self, at: [[f64; 3]; 4], [across, within]: [Weigh; 2], among: [f64; 3], once: Once, shares: [f64; 2]) {
+    pub fn add(
+        &mut self,
+        at: [[f64; 3]; 4],
+        [across, within]: [Weigh; 2],
+        among: [f64; 3],
+        once: SingleReplicateBound,
+        shares: [f64; 2],
+    ) {
         let limited = |weights: [f64; 3]| -> [f64; 3] { core::array::from_fn(|i| weights[i].min(once.most[i])) };
         let unsure = core::array::from_fn(|i| if among[i] > once.most[i] { once.most[i] * once.deviation[i] } else { 0.0 });
         let among = limited(among);

@@ -8,7 +8,7 @@ use crate::settings::Crop;
 
 /// One replicate of a rectangle of pixels, row by row. What a picture does not ask for is empty.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Plane {
+pub(crate) struct ReplicateBuffer {
     /// Of the full blocks; of all samples where there is but one block.
     pub sums: Vec<[f64; 3]>,
     /// Of a block that is not full and not the only one; empty while there is none.
@@ -65,7 +65,7 @@ fn cut<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
     if of.is_empty() { Vec::new() } else { from.rows().flat_map(|row| of[row].iter().copied()).collect() }
 }
 
-impl Plane {
+impl ReplicateBuffer {
     /// Zeros for a whole film.
     pub fn zero(plan: &Plan) -> Self {
         let n = plan.pixels();

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::identity::Identity;
 use super::plane::has_open;
-use super::{Film, Plan, Plane, Rect};
+use super::{Film, Plan, Rect, ReplicateBuffer};
 use crate::counters::Counters;
 
 /// What a film is of and how far it has come; its numbers come after it.
@@ -121,7 +121,7 @@ impl Film {
     fn pass_unit<N: Numbers>(&mut self, tile: u32, replicate: u32, numbers: &mut N) -> Result<(), N::Error> {
         let size = self.plan.tile(tile);
         let (from, to) = (Rect::all(size.width, size.height), Rect::within(size, self.plan.crop.width));
-        let mut plane = self.planes[replicate as usize].get_or_insert_with(|| Plane::zero(&self.plan)).cut(to);
+        let mut plane = self.planes[replicate as usize].get_or_insert_with(|| ReplicateBuffer::zero(&self.plan)).cut(to);
         let open = if has_open(self.drawn(tile, replicate)) { plane.sums.len() } else { 0 };
         plane.open.resize(open, [0.0; 3]);
         numbers.doubles(plane.sums.as_flattened_mut())?;

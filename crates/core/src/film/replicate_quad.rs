@@ -1,6 +1,6 @@
 //! The replicates of a film as four of each pixel, with what its layers say of them: what a denoiser reads.
 
-use super::{Film, Plane};
+use super::{Film, ReplicateBuffer};
 use crate::settings::Aov;
 
 /// As many as a denoiser tells errors from: two pairs, of which each filters the other.
@@ -21,7 +21,7 @@ pub(crate) enum QuadError {
 /// The four replicates of a film's pixels. Where a film has more, every fourth one is of the same.
 pub(crate) struct ReplicateQuad<'a> {
     film: &'a Film,
-    planes: Vec<&'a Plane>,
+    planes: Vec<&'a ReplicateBuffer>,
     emission: usize,
     albedo: usize,
     normal: usize,
@@ -40,7 +40,7 @@ impl Film {
         let mean = |aov| layers.mean.iter().position(|(layer, _)| *layer == aov).ok_or(QuadError::Layer(aov));
         let (emission, albedo, normal) = (mean(Aov::Emission)?, mean(Aov::Albedo)?, mean(Aov::Normal)?);
         let depth = layers.centre.iter().position(|(layer, _)| *layer == Aov::Depth).ok_or(QuadError::Layer(Aov::Depth))?;
-        let planes: Vec<&Plane> = self.planes.iter().flatten().collect();
+        let planes: Vec<&ReplicateBuffer> = self.planes.iter().flatten().collect();
         let each = || (0..self.plan.tiles()).flat_map(|tile| (0..self.plan.replicates).map(move |r| (tile, r)));
         if planes.len() < FOUR || each().any(|(tile, replicate)| self.drawn(tile, replicate) == 0) {
             return Err(QuadError::Replicates);
@@ -52,7 +52,7 @@ impl Film {
 impl ReplicateQuad<'_> {
     /// Means of a pixel in each of the four, by sums and how many are in them. One of which nothing is there has the mean of the others.
     #[inline]
-    fn means(&self, sums: impl Fn(usize, &Plane) -> ([f64; 3], f64)) -> [[f64; 3]; FOUR] {
+    fn means(&self, sums: impl Fn(usize, &ReplicateBuffer) -> ([f64; 3], f64)) -> [[f64; 3]; FOUR] {
         let (mut total, mut count) = ([[0.0; 3]; FOUR], [0.0; FOUR]);
         for (replicate, plane) in self.planes.iter().enumerate() {
             let (sum, n) = sums(replicate, plane);

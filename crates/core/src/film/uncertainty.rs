@@ -35,8 +35,8 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use super::Film;
-use super::again::{Again, Once};
-use super::estimate::There;
+use super::again::{LeaveOneOut, SingleReplicateBound};
+use super::estimate::ReplicateStats;
 use super::pixel::{Pixel, product};
 use super::relative::{REACH, across, among, weights, within};
 use crate::metrics::student_95;
@@ -211,9 +211,9 @@ impl Film {
         let height = self.plan.crop.height as usize;
         let bands = (0..height.div_ceil(BAND)).into_par_iter();
         // In order, so that the sums do not depend on who is first.
-        let bands: Vec<([Sum; 3], Again)> =
+        let bands: Vec<([Sum; 3], LeaveOneOut)> =
             bands.map(|band| self.band(&planes, band * BAND..((band + 1) * BAND).min(height), fewest)).collect();
-        let (mut sums, mut again) = ([Sum::default(); 3], Again::default());
+        let (mut sums, mut again) = ([Sum::default(); 3], LeaveOneOut::default());
         for (of_band, again_in_band) in bands {
             sums.iter_mut().zip(of_band).for_each(|(sum, of)| *sum += of);
             again += again_in_band;
@@ -244,7 +244,7 @@ impl Film {
     }
 
     /// Sums over some rows, in radiance and relative in both ways, and what is seen again there.
-    fn band(&self, planes: &There<'_>, rows: Range<usize>, replicates: u32) -> ([Sum; 3], Again) {
+    fn band(&self, planes: &ReplicateStats<'_>, rows: Range<usize>, replicates: u32) -> ([Sum; 3], LeaveOneOut) {
         let width = self.plan.crop.width as usize;
         // With the rows that pixels have neighbours in.
         let first = rows.start.saturating_sub(REACH);
@@ -265,7 +265,7 @@ impl Film {
             }
         }
         let inner = (rows.start - first) * width..(rows.end - first) * width;
-        let mut again = Again::default();
+        let mut again = LeaveOneOut::default();
         for four in means.chunks_exact(4) {
             inner.clone().for_each(|pixel| again.add([0, 1, 2, 3].map(|r: usize| four[r][pixel])));
         }
@@ -284,9 +284,9 @@ impl Band {
         let pixels = self.absolute.iter_mut().zip(&mut self.relative).zip(&mut self.vouched);
         for (pixel, ((absolute, relative), vouched)) in pixels.enumerate() {
             let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
-            absolute.add(at, [|_, _| [1.0; 3]; 2], [1.0; 3], Once::default(), shares);
-            relative.add(at, [across, within], among(at), Once::default(), shares);
-            vouched.add(at, [across, within], among(at), Once::of(at), shares);
+            absolute.add(at, [|_, _| [1.0; 3]; 2], [1.0; 3], SingleReplicateBound::default(), shares);
+            relative.add(at, [across, within], among(at), SingleReplicateBound::default(), shares);
+            vouched.add(at, [across, within], among(at), SingleReplicateBound::of(at), shares);
         }
     }
 

@@ -7,7 +7,7 @@
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::Leg;
+use super::PathSegment;
 use crate::camera::Cone;
 use crate::interaction::Interaction;
 use crate::prepare::{MeshUse, Prepared};
@@ -17,7 +17,7 @@ impl<R: Real> Interaction<R> {
     /// Detail Strategies for Real-Time Ray Tracing", 2019): by the areas of a mesh's triangles, of shapes by how fast u grows. A spot on
     /// a slanted surface counts as wide as it is long.
     #[inline(never)]
-    pub(super) fn cover(&mut self, scene: &Prepared<R>, cone: &Cone<R>, leg: &Leg<R>, hit: &Hit<R>) {
+    pub(super) fn cover(&mut self, scene: &Prepared<R>, cone: &Cone<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
         let record = &scene.objects[self.object as usize];
         if !record.coordinates && record.mesh.as_ref().is_none_or(|mesh| mesh.sets == 0) {
             return;
@@ -47,7 +47,7 @@ impl<R: Real> Interaction<R> {
     }
 
     /// The columns of the map that takes a mesh's normals to the world where a ray hit it.
-    fn normals(&self, scene: &Prepared<R>, mesh: &MeshUse<R>, leg: &Leg<R>, hit: &Hit<R>) -> [DVec3; 3] {
+    fn normals(&self, scene: &Prepared<R>, mesh: &MeshUse<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> [DVec3; 3] {
         let turned = |axis: DVec3| scene.geometry.normal(&leg.ray, hit, R::Vec3::from_f64(axis)).to_f64();
         if mesh.turns { [DVec3::X, DVec3::Y, DVec3::Z].map(turned) } else { mesh.normals.map(Vector::to_f64) }
     }

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::Leg;
+use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::material::Frame;
 use crate::prepare::{MeshUse, Prepared};
@@ -14,14 +14,14 @@ impl<R: Real> Interaction<R> {
     /// The frame about the shading normal whose tangent goes as the first texture coordinate grows, or that of an image that bends
     /// normals. The bitangent is up in an
     /// image there: the frame is left-handed where the image is seen mirrored, as from behind, or by a mirroring map.
-    pub fn frame(&self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Frame<R> {
+    pub fn frame(&self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Frame<R> {
         let (along, mirrored) = self.along(scene, leg, hit);
         Frame::along(self.normal, along, mirrored)
     }
 
     /// The unit direction along which its tangent goes, and whether it is left-handed.
     #[inline(always)]
-    pub fn along(&self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> (R::Vec3, bool) {
+    pub fn along(&self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> (R::Vec3, bool) {
         let (along, mirrored) = match &scene.objects[self.object as usize].mesh {
             Some(mesh) => {
                 let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(R::Vec3::from_f64);
@@ -102,7 +102,7 @@ mod tests {
         let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
         let prepared = Prepared::<R>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
         let [origin, direction] = [origin, direction.normalize()].map(R::Vec3::from_f64);
-        let leg = Leg::of(Ray::new(origin, direction));
+        let leg = PathSegment::of(Ray::new(origin, direction));
         let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
         let at = Interaction::of::<General>(&prepared, &leg, &hit);
         let frame = at.frame(&prepared, &leg, &hit);
@@ -210,7 +210,7 @@ mod tests {
         let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
         let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
         for (time, tangent) in [(0.0, DVec3::X), (0.5, DVec3::new(1.0, 1.0, 0.0)), (1.0, DVec3::new(1.0, 2.0, 0.0))] {
-            let leg = Leg::of(Ray::new(glam::Vec3::new(0.5, 0.5 + time, 4.0), glam::Vec3::NEG_Z).at_time(time));
+            let leg = PathSegment::of(Ray::new(glam::Vec3::new(0.5, 0.5 + time, 4.0), glam::Vec3::NEG_Z).at_time(time));
             let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
             let frame = Interaction::of::<General>(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
@@ -234,7 +234,7 @@ mod tests {
         let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
         assert_eq!(prepared.geometry.instance_count(), 2);
         for (x, tangent) in [(0.5, DVec3::X), (-1.5, DVec3::NEG_X)] {
-            let leg = Leg::of(Ray::new(glam::Vec3::new(x, 0.5, 4.0), glam::Vec3::NEG_Z));
+            let leg = PathSegment::of(Ray::new(glam::Vec3::new(x, 0.5, 4.0), glam::Vec3::NEG_Z));
             let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
             let frame = Interaction::of::<General>(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());

@@ -17,7 +17,7 @@ pub(crate) use first_hit::FirstHit;
 use first_hit::FirstHits;
 pub(crate) use kernel::{Analytic, General, Kernel};
 pub(crate) use path_tracing::PathTracer;
-pub(crate) use surface::Leg;
+pub(crate) use surface::PathSegment;
 pub(crate) use whitted::WhittedTracer;
 
 use raywright_bvh::{Ray, Real, Vector};

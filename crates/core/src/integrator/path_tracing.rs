@@ -28,13 +28,13 @@ use media::Media;
 use wavefront::Wavefront;
 
 use super::spawn::LeastDistances;
-use super::{CameraRays, FirstHit, General, Leg, LightTransport, MAX_CUTOUTS, PathResults};
+use super::{CameraRays, FirstHit, General, LightTransport, MAX_CUTOUTS, PathResults, PathSegment};
 use crate::counters::Counters;
 use crate::interaction::Interaction;
-use crate::light::{LightId, LightUsage, Seen};
+use crate::light::{LightId, LightUsage, SkySample};
 use crate::observer::Observer;
 use crate::prepare::{Alpha, Material, Prepared};
-use crate::sampler::{Address, Purpose, Way, pair};
+use crate::sampler::{Address, Purpose, SampleHash, pair};
 use crate::settings::LightSampling;
 
 /// As many paths as go side by side: what there is of them stays in a core's own cache.
@@ -107,14 +107,14 @@ const NARROW: f64 = 1e5;
 #[derive(Clone, Copy, Debug)]
 struct PathState<R: Real> {
     /// The ray to be traced.
-    leg: Leg<R>,
+    leg: PathSegment<R>,
     /// What arrives along it counts so much.
     throughput: R::Vec3,
     /// What the path has brought so far.
     radiance: R::Vec3,
     /// The vertex in the making, for random numbers.
     address: Address,
-    way: Way,
+    way: SampleHash,
     draws: VertexSamples,
     /// Segments traced so far.
     traced: u32,
@@ -168,7 +168,7 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline(always)]
     fn camera_path(&self, ray: Ray<R>, address: Address) -> PathState<R> {
         PathState {
-            leg: Leg { ray, ..Leg::of_camera(self.scene) },
+            leg: PathSegment { ray, ..PathSegment::of_camera(self.scene) },
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
             address,
@@ -229,7 +229,7 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// What a ray brings that hit nothing and sees this of the sky, in its share.
     #[inline(always)]
-    fn escaped(&mut self, path: &PathState<R>, seen: &Seen<R>) -> R::Vec3 {
+    fn escaped(&mut self, path: &PathState<R>, seen: &SkySample<R>) -> R::Vec3 {
         if let Some(backdrop) = self.scene.backdrop.filter(|_| path.traced == 0) {
             return backdrop.seen(path.leg.ray.direction) * self.light_on_ground(&path.leg, &path.address);
         }

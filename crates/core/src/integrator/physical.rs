@@ -3,14 +3,14 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::material::{Glass, MetallicRoughness};
-use crate::prepare::{Alpha, Boundary, Index, Passage, PhysicalInputs};
+use crate::prepare::{Alpha, Boundary, Index, PhysicalInputs, TransmissionInputs};
 use crate::scene::Physical as PhysicalData;
-use crate::texture::Here;
+use crate::texture::ShadingContext;
 
-impl<R: Real> Passage<R> {
+impl<R: Real> TransmissionInputs<R> {
     /// Share of the surface that lets light through at a point.
     #[inline(always)]
-    fn share_at(&self, here: &Here<'_, R>) -> R {
+    fn share_at(&self, here: &ShadingContext<'_, R>) -> R {
         Real::clamp(self.share.number(here), R::ZERO, R::ONE)
     }
 }
@@ -18,7 +18,7 @@ impl<R: Real> Passage<R> {
 impl<R: Real> PhysicalInputs<R> {
     /// Base colour at a point.
     #[inline]
-    pub fn base_at(&self, here: &Here<'_, R>) -> R::Vec3 {
+    pub fn base_at(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
         let colour = self.base.tint(here, R::Vec3::ONE);
         let [r, g, b, _] = here.at.colour;
         if self.vertex_colours { colour * R::Vec3::new(r, g, b) } else { colour }
@@ -26,7 +26,7 @@ impl<R: Real> PhysicalInputs<R> {
 
     /// Its index of refraction at a point.
     #[inline(always)]
-    pub fn boundary_at(&self, here: &Here<'_, R>) -> Boundary<R> {
+    pub fn boundary_at(&self, here: &ShadingContext<'_, R>) -> Boundary<R> {
         match &self.index {
             Index::Even(boundary) => *boundary,
             Index::Varying(index) => {
@@ -38,9 +38,9 @@ impl<R: Real> PhysicalInputs<R> {
 
     /// What the model's inputs are at a point.
     #[inline(always)]
-    pub fn model_at(&self, here: &Here<'_, R>) -> MetallicRoughness<R> {
+    pub fn model_at(&self, here: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
         let (boundary, base) = (self.boundary_at(here), self.base_at(here));
-        let glass = |passage: &Passage<R>| {
+        let glass = |passage: &TransmissionInputs<R>| {
             let share = passage.share_at(here);
             // Nothing bends in a thin wall; Whitted's rules have it reflect nothing either.
             let ior = if self.thin { 1.0 } else { boundary.ior };
@@ -57,13 +57,13 @@ impl<R: Real> PhysicalInputs<R> {
     }
 
     /// Share of light that passes where a point of it is the occluder.
-    pub fn passes_at(&self, here: &Here<'_, R>) -> R {
+    pub fn passes_at(&self, here: &ShadingContext<'_, R>) -> R {
         let through = self.passage.as_ref().map_or(R::ZERO, |passage| passage.of_light(passage.share_at(here)));
         R::ONE - self.alpha_at(here) * (R::ONE - through)
     }
 
     /// Coverage at a point: 0 or 1 for a mask.
-    pub fn alpha_at(&self, here: &Here<'_, R>) -> R {
+    pub fn alpha_at(&self, here: &ShadingContext<'_, R>) -> R {
         let alpha = || {
             let alpha = self.opacity.number(here);
             if self.vertex_colours { alpha * here.at.colour[3] } else { alpha }

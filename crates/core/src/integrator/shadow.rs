@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
-use super::{Kernel, Leg};
+use super::{Kernel, PathSegment};
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample, Target};
 use crate::prepare::{Alpha, Material, Prepared, Spawn};
@@ -12,7 +12,7 @@ type ShadowRay<R> = (Ray<R>, Interval<R>);
 
 /// What lies between a point and a light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Between<R> {
+pub(crate) struct ShadowResult<R> {
     /// Share of the light that arrives, 0 to 1.
     pub share: R,
     /// Distance of the nearest occluder; infinite without one.
@@ -68,7 +68,7 @@ impl<R: Real> Prepared<R> {
         (ray, range): (&Ray<R>, Interval<R>),
         target: &Target<R>,
         want_distance: bool,
-    ) -> Between<R> {
+    ) -> ShadowResult<R> {
         let mut nearest = R::INFINITY;
         if self.rules.first_occluder_decides {
             let mut first: Option<Hit<R>> = None;
@@ -88,7 +88,7 @@ impl<R: Real> Prepared<R> {
                 &mut (),
             );
             let share = first.map_or(R::ONE, |hit| passes::<R, K>(self, ray, &hit));
-            return Between { share, distance: nearest };
+            return ShadowResult { share, distance: nearest };
         }
         let mut product = Transmittance::default();
         let blocked = self.geometry.any(
@@ -105,7 +105,7 @@ impl<R: Real> Prepared<R> {
             &mut (),
         );
         let share = if blocked { R::ZERO } else { R::from_f64(product.value()) };
-        Between { share, distance: nearest }
+        ShadowResult { share, distance: nearest }
     }
 }
 
@@ -152,7 +152,7 @@ fn passes<R: Real, K: Kernel>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -
         && let Material::Physical(m) = material
         && (m.alpha != Alpha::Opaque || even.is_none())
     {
-        let at = Interaction::of::<K>(scene, &Leg::of(*ray), hit);
+        let at = Interaction::of::<K>(scene, &PathSegment::of(*ray), hit);
         return m.passes_at(&scene.sources.at(&at));
     }
     even.unwrap_or(R::ZERO)

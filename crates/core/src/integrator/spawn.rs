@@ -3,7 +3,7 @@
 use glam::DVec3;
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
-use super::Leg;
+use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::material::{Glass, Interface};
 use crate::prepare::{Prepared, Spawn};
@@ -46,13 +46,13 @@ impl<R: Real> Prepared<R> {
 
     /// A boundary of glass as a ray meets it, with all digits that are known.
     #[inline(always)]
-    pub(super) fn interface(&self, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, glass: &Glass<R>) -> Interface {
+    pub(super) fn interface(&self, leg: &PathSegment<R>, hit: &Hit<R>, at: &Interaction<R>, glass: &Glass<R>) -> Interface {
         let [d, n] = self.exact_directions(leg, hit, at, at.side());
         Interface::new(d, n, glass.eta(at.outside))
     }
 
     /// The ray's direction and the shading normal, turned by `side`: a normal that is the geometric one from before it was stored.
-    fn exact_directions(&self, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, side: R) -> [DVec3; 2] {
+    fn exact_directions(&self, leg: &PathSegment<R>, hit: &Hit<R>, at: &Interaction<R>, side: R) -> [DVec3; 2] {
         let (n, out) = (at.normal, at.surface.normal);
         let known = || self.geometry.located(&leg.ray, hit).normal.to_f64();
         let n = if n == out {

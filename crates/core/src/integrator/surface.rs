@@ -10,7 +10,7 @@ use crate::scene::MOST_UV_SETS;
 
 /// A ray as a path came along it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Leg<R: Real> {
+pub(crate) struct PathSegment<R: Real> {
     pub ray: Ray<R>,
     /// What storing took from the direction.
     pub rest: R::Vec3,
@@ -20,7 +20,7 @@ pub(crate) struct Leg<R: Real> {
     pub before: R,
 }
 
-impl<R: Real> Leg<R> {
+impl<R: Real> PathSegment<R> {
     /// A ray that starts where it is and is what it seems.
     pub fn of(ray: Ray<R>) -> Self {
         Self { ray, rest: Vector::ZERO, ahead: R::ZERO, before: -R::ONE }
@@ -59,7 +59,7 @@ impl<R: Real> Leg<R> {
 impl<R: Real> Interaction<R> {
     /// Where a ray met what it hit.
     #[inline(always)]
-    pub fn of<K: Kernel>(scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
+    pub fn of<K: Kernel>(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let mut at = Self::begun(scene, leg, hit);
         at.finish::<K>(scene, leg, hit);
         if K::PHYSICAL {
@@ -70,7 +70,7 @@ impl<R: Real> Interaction<R> {
 
     /// Bends the normal where an image of the material does.
     #[inline(always)]
-    pub fn perturb_where_bumpy(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
+    pub fn perturb_where_bumpy(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
         if scene.objects[self.object as usize].bumpy {
             self.perturb_normal(scene, leg, hit);
         }
@@ -78,7 +78,7 @@ impl<R: Real> Interaction<R> {
 
     /// The same before an image bends the normal.
     #[inline(always)]
-    pub fn smooth<K: Kernel>(scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
+    pub fn smooth<K: Kernel>(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let mut at = Self::begun(scene, leg, hit);
         at.finish::<K>(scene, leg, hit);
         at
@@ -86,7 +86,7 @@ impl<R: Real> Interaction<R> {
 
     /// What every hit has, still to be finished.
     #[inline(always)]
-    pub fn begun(scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
+    pub fn begun(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let mut at = Self::NOWHERE;
         at.begin(scene, leg, hit);
         at
@@ -94,7 +94,7 @@ impl<R: Real> Interaction<R> {
 
     /// The same in its place, field by field, since an interaction is long and is copied wherever it is handed on.
     #[inline(always)]
-    pub fn begin(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
+    pub fn begin(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
         let ray = &leg.ray;
         self.surface = scene.geometry.surface(ray, hit);
         self.object = hit.outermost();
@@ -113,7 +113,7 @@ impl<R: Real> Interaction<R> {
 
     /// Adds what depends on the object, the camera and the mesh; the normal is not bent yet.
     #[inline(always)]
-    pub fn finish<K: Kernel>(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
+    pub fn finish<K: Kernel>(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
         let (ray, record) = (&leg.ray, &scene.objects[self.object as usize]);
         if leg.ahead != R::ZERO {
             (self.origin, self.distance) = (leg.start(), hit.t + leg.ahead);

@@ -11,9 +11,9 @@ use core::marker::PhantomData;
 use raywright_bvh::{Hit, Interval, Query, Ray, Real, Vector};
 
 use self::state::{PathStep, ScatteredRays, WhittedState};
-use super::shadow::Between;
+use super::shadow::ShadowResult;
 use super::spawn::LeastDistances;
-use super::{CameraRays, FirstHit, FirstHits, Kernel, Leg, LightTransport, PACKET, PathResult, PathResults};
+use super::{CameraRays, FirstHit, FirstHits, Kernel, LightTransport, PACKET, PathResult, PathResults, PathSegment};
 use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample};
@@ -106,7 +106,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         self.counters.camera += 1;
         // The ray is written into its place: a leg that is copied has to wait for its own numbers.
         let mut path = WhittedState {
-            leg: Leg::of_camera(self.scene),
+            leg: PathSegment::of_camera(self.scene),
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
             address: *address,
@@ -224,14 +224,14 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
 
     /// What lies between a surface and a light that it sees.
     #[inline]
-    fn before(&mut self, light: &LightSample<R>, at: &Interaction<R>, want_distance: bool) -> Between<R> {
+    fn before(&mut self, light: &LightSample<R>, at: &Interaction<R>, want_distance: bool) -> ShadowResult<R> {
         match self.scene.towards(light, at) {
             Some((ray, range)) => {
                 self.counters.shadow += 1;
                 self.scene.between::<K>((&ray.at_time(at.time), range), &light.target, want_distance)
             }
             // The light is where the ray would start: nothing is in between.
-            None => Between { share: R::ONE, distance: R::INFINITY },
+            None => ShadowResult { share: R::ONE, distance: R::INFINITY },
         }
     }
 

@@ -223,7 +223,7 @@ const FILTERS: [Filter; 3] = [Filter::Nearest, Filter::Mipmaps, Filter::Bilinear
 
 /// A ladder as one render stands on it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Standing {
+pub struct CurrentRung {
     /// Name of the ladder.
     pub ladder: &'static str,
     /// Name of the rung in use.
@@ -265,8 +265,8 @@ pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> im
 }
 
 /// The ladders that a scene reaches, with the rungs in use.
-pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> Vec<Standing> {
-    let standing = |ladder: Ladder| Standing {
+pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> Vec<CurrentRung> {
+    let standing = |ladder: Ladder| CurrentRung {
         ladder: ladder.name(),
         rung: ladder.in_use(scene, settings),
         default: ladder.default_rung(),

@@ -108,19 +108,19 @@ const COLOUR: &[Rung] = &[
 ];
 
 /// What is known of a ladder.
-pub(super) struct Facts {
+pub(super) struct LadderDescription {
     pub name: &'static str,
     pub rungs: &'static [Rung],
     /// The rung of a scene that says nothing.
     pub default_rung: &'static str,
 }
 
-const fn of(name: &'static str, rungs: &'static [Rung], default_rung: &'static str) -> Facts {
-    Facts { name, rungs, default_rung }
+const fn of(name: &'static str, rungs: &'static [Rung], default_rung: &'static str) -> LadderDescription {
+    LadderDescription { name, rungs, default_rung }
 }
 
 /// Names, rungs and defaults of all ladders.
-pub(super) const fn facts(ladder: Ladder) -> Facts {
+pub(super) const fn facts(ladder: Ladder) -> LadderDescription {
     match ladder {
         Ladder::Integrator => of("integrator", INTEGRATOR, "path"),
         Ladder::Precision => of("precision", PRECISION, "robust"),

@@ -16,8 +16,8 @@ use super::LightBounds;
 use super::cdf::{pick, push_shares, share};
 
 pub(super) use lanes::EmitterLanes;
+pub use list::{EmissionEstimate, EmitterList};
 use list::{Emitter, EmitterShape};
-pub use list::{EmitterList, Glow};
 
 /// How points of a surface are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
-use super::sky::{Sky, SkyKind};
+use super::sky::{SkyKind, SkyRadiance};
 
 /// Coefficients, already convolved with the cosine and divided by π.
 #[derive(Clone, Debug)]
@@ -56,7 +56,7 @@ fn lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> Integrals {
 }
 
 /// By the midpoint rule in equal steps of height and azimuth, so that every cell has the same solid angle.
-fn summed<R: Real>(sky: &Sky<R>) -> Integrals {
+fn summed<R: Real>(sky: &SkyRadiance<R>) -> Integrals {
     const ROWS: usize = 128;
     const COLUMNS: usize = 256;
     let mut sums = [DVec3::ZERO; 9];
@@ -82,7 +82,7 @@ fn summed<R: Real>(sky: &Sky<R>) -> Integrals {
 impl<R: Real> Irradiance<R> {
     /// Integrates the sky over the sphere: in closed form where it has one, which misses no sun however small, and is nothing beside
     /// what else is prepared for a model; else by a sum.
-    pub fn new(sky: &Sky<R>) -> Self {
+    pub fn new(sky: &SkyRadiance<R>) -> Self {
         let integrals = match &sky.kind {
             SkyKind::None => [DVec3::ZERO; 9],
             SkyKind::Constant(radiance) => even(radiance.to_f64()),
@@ -114,7 +114,7 @@ impl<R: Real> Irradiance<R> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sky::Sun;
+    use super::super::sky::SunLobe;
     use super::*;
 
     /// Protects: the band factors and the normalisation, against the closed form of a sky linear in height:
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn linear_sky_has_its_closed_form() {
         let kind = SkyKind::<f64>::Gradient { bottom: DVec3::splat(0.4), top: DVec3::ONE, suns: Vec::new() };
-        let sky = Sky { kind };
+        let sky = SkyRadiance { kind };
         let irradiance = Irradiance::new(&sky);
         for n in [DVec3::Y, DVec3::NEG_Y, DVec3::X, DVec3::new(0.6, 0.8, 0.0), DVec3::new(0.0, -0.6, 0.8)] {
             let expected = 0.7 + 0.3 * 2.0 / 3.0 * n.y;
@@ -135,11 +135,11 @@ mod tests {
     #[test]
     fn skies_have_their_closed_forms() {
         let direction = DVec3::new(0.6, -0.64, 0.48);
-        let under = |suns| Sky {
+        let under = |suns| SkyRadiance {
             kind: SkyKind::<f64>::Gradient { bottom: DVec3::new(0.1, 0.5, 2.0), top: DVec3::new(0.7, 0.3, 0.0), suns },
         };
-        let sun = |exponent| Sun { direction, colour: DVec3::new(1.0, 2.0, 3.0), exponent };
-        let constant = Sky { kind: SkyKind::<f64>::Constant(DVec3::new(0.2, 3.0, 0.0)) };
+        let sun = |exponent| SunLobe { direction, colour: DVec3::new(1.0, 2.0, 3.0), exponent };
+        let constant = SkyRadiance { kind: SkyKind::<f64>::Constant(DVec3::new(0.2, 3.0, 0.0)) };
         let skies = [0, 1, 2, 3, 7, 30].map(|exponent| under(vec![sun(exponent), sun(2)]));
         for sky in skies.iter().chain([&constant, &under(Vec::new())]) {
             let closed = Irradiance::new(sky);
@@ -150,7 +150,7 @@ mod tests {
                 assert!((*coefficient - expected).abs().max_element() < 1e-3, "{sky:?} {i}: {coefficient} {expected}");
             }
         }
-        let needle = Irradiance::new(&Sky {
+        let needle = Irradiance::new(&SkyRadiance {
             kind: SkyKind::<f64>::Gradient { bottom: DVec3::ZERO, top: DVec3::ZERO, suns: vec![sun(1 << 20)] },
         });
         // All of it is 2π/(n + 1), and nine harmonics give the cosine's lobe (1 + 2 + 5/4)/4 of 1/π in its middle.

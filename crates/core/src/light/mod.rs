@@ -36,12 +36,12 @@ pub use bounds::LightBounds;
 pub use choice::LightChoice;
 pub use cone::DirectionCone;
 pub use delta::DeltaLight;
-pub use emitters::{EmitterList, Emitters, Exit, Glow, Strategy};
+pub use emitters::{EmissionEstimate, EmitterList, Emitters, Exit, Strategy};
 pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
 pub(crate) use lanes::{Column, LANES, LightLanes, SurfaceLanes, TargetKind, Vec3Column, put, vector};
 pub use polygon::Polygon;
-pub use sky::{Seen, Sky};
+pub use sky::{SkyRadiance, SkySample};
 pub(crate) use sky::{packed_bytes, prepare as prepare_sky};
 pub use sky_sampler::SkySampler;
 pub(crate) use usage::LightUsage;
@@ -119,7 +119,7 @@ pub struct Lights<R: Real> {
     /// Emissive surfaces that light others.
     pub emitters: Emitters<R>,
     /// What a ray sees that hits nothing.
-    pub sky: Sky<R>,
+    pub sky: SkyRadiance<R>,
     sky_sampler: Option<SkySampler>,
     /// Which light a point asks; empty until it is prepared.
     choice: LightChoice,
@@ -129,7 +129,7 @@ pub struct Lights<R: Real> {
 
 impl<R: Real> Lights<R> {
     /// From their tables, for a scene whose bounded part lies within `scene`.
-    pub fn new(delta: Vec<DeltaLight<R>>, emitters: Emitters<R>, sky: Sky<R>, scene: &Aabb) -> Self {
+    pub fn new(delta: Vec<DeltaLight<R>>, emitters: Emitters<R>, sky: SkyRadiance<R>, scene: &Aabb) -> Self {
         let reach = if scene.is_empty() { 0.0 } else { 0.5 * scene.extent().length() };
         Self { delta, emitters, sky, sky_sampler: None, choice: LightChoice::default(), reach }
     }
@@ -243,7 +243,7 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// [`Lights::density`] of the sky, in a direction that has this [`Sky::place`].
+    /// [`Lights::density`] of the sky, in a direction that has this [`SkyRadiance::place`].
     pub fn density_of_sky(&self, direction: R::Vec3, place: [R; 2], probability: f64) -> f64 {
         self.sky_sampler.as_ref().map_or(0.0, |sampler| sampler.density::<R>(direction, place) * probability)
     }

@@ -16,7 +16,7 @@ use crate::scene::{ColourInput, ImageData, Pixels, Sky as SkyData};
 
 /// What a ray sees that hits nothing.
 #[derive(Clone, Debug)]
-pub struct Sky<R: Real> {
+pub struct SkyRadiance<R: Real> {
     pub(super) kind: SkyKind<R>,
 }
 
@@ -24,8 +24,8 @@ pub(super) use map::Map;
 
 /// What a ray sees of the sky.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<R: Real> {
-    /// Where that lies in its picture: see [`Sky::place`].
+pub struct SkySample<R: Real> {
+    /// Where that lies in its picture: see [`SkyRadiance::place`].
     pub place: [R; 2],
     /// Radiance.
     pub radiance: R::Vec3,
@@ -39,7 +39,7 @@ pub(super) enum SkyKind<R: Real> {
     Gradient {
         bottom: R::Vec3,
         top: R::Vec3,
-        suns: Vec<Sun<R>>,
+        suns: Vec<SunLobe<R>>,
     },
     /// Of one program.
     Expression(Programs<R>),
@@ -48,7 +48,7 @@ pub(super) enum SkyKind<R: Real> {
 
 /// A lobe around a direction.
 #[derive(Clone, Debug)]
-pub(super) struct Sun<R: Real> {
+pub(super) struct SunLobe<R: Real> {
     pub direction: R::Vec3,
     pub colour: R::Vec3,
     pub exponent: u32,
@@ -59,13 +59,13 @@ pub(crate) fn prepare<R: Real>(
     sky: Option<&SkyData>,
     lookup: &Lookup<'_>,
     names: &BTreeMap<String, f64>,
-) -> Result<Sky<R>, PrepareError> {
+) -> Result<SkyRadiance<R>, PrepareError> {
     let v = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
     let kind = match sky {
         None => SkyKind::None,
         Some(SkyData::Constant(c)) => SkyKind::Constant(v(*c)),
         Some(SkyData::Gradient { bottom, top, suns }) => {
-            let suns = suns.iter().map(|s| Sun {
+            let suns = suns.iter().map(|s| SunLobe {
                 direction: R::Vec3::from_f64(DVec3::from(s.direction).normalize()),
                 colour: R::Vec3::from_f64(DVec3::from(s.colour.0) * s.weight),
                 exponent: s.exponent,
@@ -92,10 +92,10 @@ pub(crate) fn prepare<R: Real>(
             }
         }
     };
-    Ok(Sky { kind })
+    Ok(SkyRadiance { kind })
 }
 
-impl<R: Real> Sky<R> {
+impl<R: Real> SkyRadiance<R> {
     /// Whether it gives no light at all.
     pub fn is_black(&self) -> bool {
         matches!(self.kind, SkyKind::None)
@@ -125,9 +125,9 @@ impl<R: Real> Sky<R> {
     }
 
     /// What many rays see, one after the other, with the [`Self::place`] of each: in less time than one by one.
-    pub fn look(&self, rays: impl Iterator<Item = (R::Vec3, R::Vec3)>, out: &mut Vec<Seen<R>>) {
+    pub fn look(&self, rays: impl Iterator<Item = (R::Vec3, R::Vec3)>, out: &mut Vec<SkySample<R>>) {
         let SkyKind::Map(map) = &self.kind else {
-            out.extend(rays.map(|(origin, d)| Seen { place: [R::ZERO; 2], radiance: self.radiance(origin, d) }));
+            out.extend(rays.map(|(origin, d)| SkySample { place: [R::ZERO; 2], radiance: self.radiance(origin, d) }));
             return;
         };
         map.look(rays.map(|(_, d)| d), out);

@@ -7,7 +7,7 @@ use raywright_bvh::{Real, Vector};
 
 use super::cdf::{pick, push_shares};
 use super::sky::{Map, SkyKind};
-use super::{Density, LightSample, Seen, Sky, SphereGrid, Target};
+use super::{Density, LightSample, SkyRadiance, SkySample, SphereGrid, Target};
 
 /// Share of a picture's mean that is left to the other way. All of it leaves a seventh more noise under skies that are a little brighter on one
 /// side, half of it three quarters more on what a small sun lights; this one is within a twelfth of the better in seven skies.
@@ -52,7 +52,7 @@ fn sum<R: Real>(colour: R::Vec3) -> f64 {
 
 impl SkySampler {
     /// None where the sky is black.
-    pub fn new<R: Real>(sky: &Sky<R>) -> Option<Self> {
+    pub fn new<R: Real>(sky: &SkyRadiance<R>) -> Option<Self> {
         let linear = |bottom, top| (SkyLobe::Linear { bottom, top }, TAU * (bottom + top));
         let sampler = match &sky.kind {
             SkyKind::None => None,
@@ -77,7 +77,7 @@ impl SkySampler {
     /// drawn in another way too, and both are combined: that way is better for what is even ("MIS Compensation: Optimizing Sampling
     /// Techniques in Multiple Importance Sampling", Karlík et al. 2019). Nothing changes where nothing exceeds.
     #[must_use]
-    pub fn of_excess<R: Real>(self, sky: &Sky<R>) -> Self {
+    pub fn of_excess<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         let excess = match (&self.form, &sky.kind) {
             (SkyForm::Lobes { lobes, shares }, _) => {
                 let fluxes = lobes.iter().enumerate().map(|(i, lobe)| match lobe {
@@ -109,7 +109,7 @@ impl SkySampler {
 
     /// Knows its small bright parts. The mean density of directions drawn is ∫p², by which few directions that hold much of the light count
     /// as much as their noise does in a path that meets them by chance.
-    fn with_small<R: Real>(self, sky: &Sky<R>) -> Self {
+    fn with_small<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         const SIDE: u16 = 16;
         let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(SIDE);
         let drawn = (0..SIDE * SIDE).map(|i| self.drawn::<R>([middle(i % SIDE), middle(i / SIDE)]));
@@ -130,10 +130,16 @@ impl SkySampler {
     }
 
     /// Draws a direction for two numbers in [0, 1), as `from` sees it; none where the sky is black.
-    pub fn sample<R: Real>(&self, sky: &Sky<R>, from: R::Vec3, position: [f32; 2], probability: f64) -> Option<LightSample<R>> {
+    pub fn sample<R: Real>(
+        &self,
+        sky: &SkyRadiance<R>,
+        from: R::Vec3,
+        position: [f32; 2],
+        probability: f64,
+    ) -> Option<LightSample<R>> {
         let direction = self.drawn::<R>(position);
         let place = sky.place(direction);
-        self.sample_seen(direction, &Seen { place, radiance: sky.radiance_at(from, direction, place) }, probability)
+        self.sample_seen(direction, &SkySample { place, radiance: sky.radiance_at(from, direction, place) }, probability)
     }
 
     /// The direction that [`Self::sample`] draws.
@@ -143,7 +149,7 @@ impl SkySampler {
 
     /// The rest of [`Self::sample`], where it is known what is seen in the direction.
     #[inline]
-    pub fn sample_seen<R: Real>(&self, direction: R::Vec3, seen: &Seen<R>, probability: f64) -> Option<LightSample<R>> {
+    pub fn sample_seen<R: Real>(&self, direction: R::Vec3, seen: &SkySample<R>, probability: f64) -> Option<LightSample<R>> {
         // Of the direction as it is stored, so that a ray that finds the sky there hears the same.
         let density = self.density::<R>(direction, seen.place) * probability;
         let arriving = seen.radiance * R::from_f64(1.0 / density);
@@ -166,7 +172,7 @@ impl SkySampler {
         }
     }
 
-    /// The density over solid angle of drawing a direction that has this [`Sky::place`].
+    /// The density over solid angle of drawing a direction that has this [`SkyRadiance::place`].
     pub fn density<R: Real>(&self, direction: R::Vec3, place: [R; 2]) -> f64 {
         match &self.form {
             SkyForm::Even => 0.25 * FRAC_1_PI,
@@ -216,7 +222,7 @@ fn at_height(y: f64, turn: f64) -> DVec3 {
 }
 
 /// By the midpoint rule in cells of equal solid angle.
-fn flux_by_quadrature<R: Real>(sky: &Sky<R>) -> f64 {
+fn flux_by_quadrature<R: Real>(sky: &SkyRadiance<R>) -> f64 {
     const ROWS: u32 = 32;
     const COLUMNS: u32 = 64;
     let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);

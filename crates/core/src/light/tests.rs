@@ -22,7 +22,7 @@ fn numbers(i: u64) -> [f32; 2] {
 fn alone<R: Real>(list: EmitterList<R>, strategy: Strategy) -> Lights<R> {
     let mut emitters = Emitters::new(list);
     emitters.strategy = strategy;
-    let none = Sky { kind: sky::SkyKind::None };
+    let none = SkyRadiance { kind: sky::SkyKind::None };
     Lights::new(Vec::new(), emitters, none, &Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE })
 }
 
@@ -33,11 +33,16 @@ fn surface<R: Real>(shape: AnyShape<R>, map: Option<DAffine3>, strategy: Strateg
     list.next_object();
     match map {
         None => {
-            list.plain(shape, Glow::even(Vector::ONE), Side::Outside, None);
+            list.plain(shape, EmissionEstimate::even(Vector::ONE), Side::Outside, None);
             group.shape(shape, visibility).expect("a shape");
         }
         Some(map) => {
-            list.placed(TransformedShape::new(shape, map).expect("a map"), Glow::even(Vector::ONE), Side::Outside, None);
+            list.placed(
+                TransformedShape::new(shape, map).expect("a map"),
+                EmissionEstimate::even(Vector::ONE),
+                Side::Outside,
+                None,
+            );
             group.placed(shape, map, visibility).expect("a shape");
         }
     }
@@ -65,9 +70,9 @@ fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>, Option<DAffine3>)> {
 }
 
 /// Skies that can be drawn.
-fn skies<R: Real>() -> Vec<(&'static str, Sky<R>)> {
+fn skies<R: Real>() -> Vec<(&'static str, SkyRadiance<R>)> {
     let v = |x: f64, y: f64, z: f64| R::Vec3::from_f64(DVec3::new(x, y, z));
-    let sun = |d: DVec3, strength: f64, exponent: u32| sky::Sun {
+    let sun = |d: DVec3, strength: f64, exponent: u32| sky::SunLobe {
         direction: R::Vec3::from_f64(d.normalize()),
         colour: v(strength, 0.5 * strength, 0.0),
         exponent,
@@ -77,14 +82,17 @@ fn skies<R: Real>() -> Vec<(&'static str, Sky<R>)> {
     let pixels = crate::scene::Pixels::Linear((0..72).map(texel).collect());
     let image = std::sync::Arc::new(crate::scene::ImageData { width: 12, height: 6, pixels });
     vec![
-        ("constant", Sky { kind: sky::SkyKind::Constant(v(0.2, 0.5, 1.0)) }),
-        ("gradient", Sky { kind: sky::SkyKind::Gradient { bottom: v(0.0, 0.0, 0.0), top: v(1.0, 2.0, 3.0), suns: Vec::new() } }),
-        ("suns", Sky { kind: sky::SkyKind::Gradient { bottom: v(0.3, 0.3, 0.3), top: v(0.1, 0.2, 0.3), suns } }),
-        ("map", Sky { kind: sky::SkyKind::Map(sky::Map::new(image, R::from_f64(0.15), R::from_f64(2.0))) }),
+        ("constant", SkyRadiance { kind: sky::SkyKind::Constant(v(0.2, 0.5, 1.0)) }),
+        (
+            "gradient",
+            SkyRadiance { kind: sky::SkyKind::Gradient { bottom: v(0.0, 0.0, 0.0), top: v(1.0, 2.0, 3.0), suns: Vec::new() } },
+        ),
+        ("suns", SkyRadiance { kind: sky::SkyKind::Gradient { bottom: v(0.3, 0.3, 0.3), top: v(0.1, 0.2, 0.3), suns } }),
+        ("map", SkyRadiance { kind: sky::SkyKind::Map(sky::Map::new(image, R::from_f64(0.15), R::from_f64(2.0))) }),
     ]
 }
 
-fn under<R: Real>(sky: Sky<R>) -> Lights<R> {
+fn under<R: Real>(sky: SkyRadiance<R>) -> Lights<R> {
     let mut lights = Lights::new(Vec::new(), Emitters::new(EmitterList::default()), sky, &Aabb::EMPTY);
     lights.prepare_sky();
     lights
@@ -200,7 +208,7 @@ fn delta(kind: LightKind) -> Lights<f64> {
     Lights::new(
         vec![DeltaLight::new(&light, true)],
         none,
-        Sky { kind: sky::SkyKind::None },
+        SkyRadiance { kind: sky::SkyKind::None },
         &Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE },
     )
 }

@@ -23,7 +23,7 @@ pub type LayeredBsdf<N> = Bsdf<N, CoatedLobe<N>, MOST_LAYERS>;
 
 layer! {
     /// Facets that are combed.
-    Combed
+    Anisotropy
     /// From 0, as rough either way, to 1.
     strength: Share by share;
     /// The frame along whose tangent the surface is rougher.
@@ -57,7 +57,7 @@ pub struct Layered<S: LayerStage> {
     /// What is diffused to the other side.
     pub diffused: Option<Diffused<S>>,
     /// How facets are combed.
-    pub combed: Option<Combed<S>>,
+    pub combed: Option<Anisotropy<S>>,
     /// A thin film on the facets.
     pub film: Option<Film<S>>,
     /// Fibres over all that.
@@ -146,7 +146,7 @@ impl<N: Number> Layered<N> {
 
     /// Where facets are combed, and those; none where none are.
     fn anisotropic(&self) -> Option<(N::Mask, Ggx<N>)> {
-        let Combed { strength, frame } = self.combed?;
+        let Anisotropy { strength, frame } = self.combed?;
         let mask = strength.above(N::ZERO);
         mask.any().then(|| (mask, Ggx::anisotropic(frame, self.base.roughness, strength)))
     }

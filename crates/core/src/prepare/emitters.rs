@@ -8,7 +8,7 @@ use super::error::{PrepareError, go_on};
 use super::geometry::{BLOCK, side_of, triangles};
 use crate::generate::{all, counted};
 use crate::interaction::Interaction;
-use crate::light::{EmitterList, Glow};
+use crate::light::{EmissionEstimate, EmitterList};
 use crate::lookup::Lookup;
 use crate::observer::Observer;
 use crate::scene::{Colour, MOST_UV_SETS, Material as MaterialData, MeshData, Scene, Shape};
@@ -176,14 +176,14 @@ fn shape<R: Real>(
     area: Option<f64>,
 ) -> Option<f64> {
     let glow = |drawn: &dyn Fn([R; 2]) -> Option<Surface<R>>| match source {
-        Source::Even(radiance) => Glow::even(*radiance),
+        Source::Even(radiance) => EmissionEstimate::even(*radiance),
         Source::Varied(varied) => {
             let mut found = Vec::new();
             look(OF_SHAPE, &mut found, |uv| {
                 let surface = drawn(uv);
                 surface.map_or(Vector::ZERO, |surface| varied.at(&surface, [uv; MOST_UV_SETS], [R::ONE; 4]))
             });
-            Glow::varied(&found, varied.cut)
+            EmissionEstimate::varied(&found, varied.cut)
         }
     };
     if map.matrix3 == DMat3::IDENTITY {
@@ -214,7 +214,7 @@ fn mesh<R: Real>(
         }
         match source {
             Source::Even(radiance) => {
-                list.plain(AnyShape::Triangle(triangle), Glow::even(*radiance), side, None);
+                list.plain(AnyShape::Triangle(triangle), EmissionEstimate::even(*radiance), side, None);
             }
             Source::Varied(varied) => {
                 look(across, &mut found, |uv| on_triangle(varied, &triangle, (data, index, flipped), uv));

@@ -10,16 +10,16 @@ use super::prepared::Prepared;
 use super::studio::{Backdrop, Ground};
 use crate::display::curve::{encode, luminance};
 use crate::effects::{Effect, EffectSet};
-use crate::integrator::{General, Leg};
+use crate::integrator::{General, PathSegment};
 use crate::interaction::Interaction;
-use crate::light::{Sky, SphereGrid};
+use crate::light::{SkyRadiance, SphereGrid};
 use crate::scene::{Camera, Studio, TransferCurve};
 use crate::settings::{Background, Settings};
 use crate::studio::towards;
 
 impl<R: Real> Ground<R> {
     /// Below a scene, in the light of a sky; none where the scene has no lower end or nothing comes from above.
-    fn below(scene: &Prepared<R>, sky: &Sky<R>) -> Option<Self> {
+    fn below(scene: &Prepared<R>, sky: &SkyRadiance<R>) -> Option<Self> {
         const SIZE: [usize; 2] = [64, 32];
         let bounds = scene.geometry.bounded_part();
         if bounds.is_empty() || scene.geometry.unbounded_count() > 0 {
@@ -97,7 +97,7 @@ impl<R: Real> Prepared<R> {
         let mut min = R::ZERO;
         for _ in 0..CUTOUTS {
             let hit = self.geometry.closest(ray, Interval { min, max: R::INFINITY }, &mut ())?;
-            let at = Interaction::of::<General>(self, &Leg::of(*ray), &hit);
+            let at = Interaction::of::<General>(self, &PathSegment::of(*ray), &hit);
             let here = self.sources.at(&at);
             let material = &self.materials[at.material as usize];
             if material.alpha_at(&here) >= R::from_f64(0.5) {

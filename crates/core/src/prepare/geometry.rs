@@ -62,7 +62,7 @@ pub(crate) struct Built<R: Real> {
 
 /// What geometry asks of a material.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Facet {
+pub(crate) struct GeometryNeeds {
     /// What its objects are to shadow rays, if they cast shadows.
     pub occlusion: Occlusion,
     /// What they are if they cast none.
@@ -84,7 +84,7 @@ pub(super) fn side_of(rule: SideRule) -> Side {
     }
 }
 
-fn visibility(object: &Object, facet: &Facet) -> Visibility {
+fn visibility(object: &Object, facet: &GeometryNeeds) -> Visibility {
     let occlusion = if object.casts_shadow { facet.occlusion } else { facet.without_shadow };
     Visibility { side: side_of(object.side), occlusion }
 }
@@ -112,8 +112,13 @@ pub(crate) fn build<R: Real>(
     kind: AcceleratorKind,
     observer: &dyn Observer,
 ) -> Result<Built<R>, PrepareError> {
-    let facet =
-        Facet { occlusion: Occlusion::Opaque, without_shadow: Occlusion::None, coordinates: false, sets: 0, bumpy: false };
+    let facet = GeometryNeeds {
+        occlusion: Occlusion::Opaque,
+        without_shadow: Occlusion::None,
+        coordinates: false,
+        sets: 0,
+        bumpy: false,
+    };
     build_with(scene, lookup, kind, (&materials(scene, lookup)?, &vec![facet; scene.materials.len()]), observer)
 }
 
@@ -122,7 +127,7 @@ pub(super) fn build_with<R: Real>(
     scene: &Scene,
     lookup: &Lookup<'_>,
     kind: AcceleratorKind,
-    (materials, facets): (&[u32], &[Facet]),
+    (materials, facets): (&[u32], &[GeometryNeeds]),
     observer: &dyn Observer,
 ) -> Result<Built<R>, PrepareError> {
     let problems = collapsed::<R>(scene);
@@ -174,7 +179,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         }
     }
 
-    fn add(&mut self, index: usize, shown: &PlacedObject<'a>, material: u32, facet: &Facet) -> Result<(), PrepareError> {
+    fn add(&mut self, index: usize, shown: &PlacedObject<'a>, material: u32, facet: &GeometryNeeds) -> Result<(), PrepareError> {
         let visibility = visibility(shown.object, facet);
         let mesh = match &shown.object.shape {
             Shape::Mesh(name) => Some(self.mesh(index, shown, name, visibility, facet)?),
@@ -199,7 +204,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         shown: &PlacedObject<'a>,
         name: &'a str,
         visibility: Visibility,
-        facet: &Facet,
+        facet: &GeometryNeeds,
     ) -> Result<MeshUse<R>, PrepareError> {
         let missing =
             || PrepareError::Missing { path: format!("objects[{index}].shape.mesh"), kind: "mesh", name: name.to_owned() };

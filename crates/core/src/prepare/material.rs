@@ -10,13 +10,13 @@ pub(crate) use classic::{ClassicInputs, MixtureInputs, SpecularInputs};
 pub(super) use layered::Context;
 use layered::is_directed;
 pub(crate) use layered::{Directions, InputStage, LayeredInputs, Thickness, count_layered};
-pub(crate) use physical::{Alpha, Boundary, Index, Passage, PhysicalInputs};
+pub(crate) use physical::{Alpha, Boundary, Index, PhysicalInputs, TransmissionInputs};
 
 use super::error::PrepareError;
 use super::inputs::Compiler;
 use crate::material::MaterialTables;
 use crate::scene::{Colour, Material as MaterialData, Model, Scene};
-use crate::texture::Here;
+use crate::texture::ShadingContext;
 
 /// The tables that prepared materials read.
 pub(super) fn tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {
@@ -57,7 +57,7 @@ impl<R: Real> Material<R> {
     }
 
     /// What it gives off at a point.
-    pub fn emission_at(&self, here: &Here<'_, R>) -> R::Vec3 {
+    pub fn emission_at(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
         match self {
             Self::Classic(m) => m.emission.as_ref().map_or(R::Vec3::ZERO, |emission| emission.colour(here)),
             Self::Physical(m) => m.emission.as_ref().map_or(R::Vec3::ZERO, |emission| emission.tint(here, R::Vec3::ONE)),
@@ -66,7 +66,7 @@ impl<R: Real> Material<R> {
     }
 
     /// The share of the surface that is there at a point.
-    pub fn alpha_at(&self, here: &Here<'_, R>) -> R {
+    pub fn alpha_at(&self, here: &ShadingContext<'_, R>) -> R {
         if let Self::Physical(m) = self { m.alpha_at(here) } else { R::ONE }
     }
 

@@ -32,11 +32,11 @@ pub use error::PrepareError;
 use error::go_on;
 pub(crate) use estimate::estimate;
 pub use gap::ClosedGap;
-use geometry::Facet;
+use geometry::GeometryNeeds;
 pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
 pub(crate) use material::{
-    Alpha, Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material, MixtureInputs, Passage,
-    PhysicalInputs, SpecularInputs, Thickness,
+    Alpha, Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material, MixtureInputs, PhysicalInputs,
+    SpecularInputs, Thickness, TransmissionInputs,
 };
 use prepared::Rules;
 pub(crate) use prepared::Spawn;
@@ -213,12 +213,12 @@ fn facets<R: Real>(
     (materials, layers): (&[Material<R>], &[LayeredInputs<R>]),
     reads_coordinates: &[bool],
     (paths, hard): (bool, bool),
-) -> Vec<Facet> {
+) -> Vec<GeometryNeeds> {
     let asks = scene.classic.shadow == ShadowRule::FirstInOrder || materials.iter().any(Material::asks_how_far);
     let facet = |((material, data), &coordinates): ((&Material<R>, &scene::Material), &bool)| {
         let sets = data.uv_sets().into_iter().filter(|&set| (set as usize) < scene::MOST_UV_SETS);
         let solid = if paths { material.covers() } else { material.is_opaque() && !asks };
-        Facet {
+        GeometryNeeds {
             // A ray to a lamp's middle passes the lamp itself.
             occlusion: if solid && !(hard && material.glows()) { Occlusion::Opaque } else { Occlusion::Ask },
             // A path tracer asks whose light it is: that of surfaces and of the sky passes nothing that rays meet.

@@ -18,10 +18,10 @@ use crate::scene::{Material, MeshData, Model, Scene, Shape};
 pub(crate) type Corners = Vec<[[f32; 4]; 3]>;
 
 /// Which way tangents go: along this set of texture coordinates, after this part of an affine map, by its bits.
-pub(super) type Way = (u32, [u64; 4]);
+pub(super) type TangentSource = (u32, [u64; 4]);
 
 /// The way of the tangents that must be made for a mesh of a material; none where it has its own, or where nothing asks for any.
-pub(super) fn way(material: Option<&Material>, data: &MeshData) -> Option<Way> {
+pub(super) fn way(material: Option<&Material>, data: &MeshData) -> Option<TangentSource> {
     let Model::Physical(model) = &material?.model else { return None };
     let image = model.directed_by();
     // Combed facets without an image go along the first set of coordinates.
@@ -61,7 +61,7 @@ pub(super) fn make<R: Real>(scene: &Scene, built: &mut Built<R>, observer: &dyn 
 }
 
 /// The tangents of one mesh.
-fn corners(data: &MeshData, (set, map): Way) -> Corners {
+fn corners(data: &MeshData, (set, map): TangentSource) -> Corners {
     let largest = data.positions.as_flattened().iter().fold(0.0_f32, |largest, x| largest.max(x.abs()));
     // A power of two keeps every digit, and products of edges within what single precision can hold.
     let exponent = if largest > 0.0 { libm::ilogbf(largest) } else { 0 };

@@ -1,6 +1,6 @@
 //! Layers of what camera rays meet first, beside a picture: means over the samples of each pixel.
 
-use crate::film::{Plan, Plane};
+use crate::film::{Plan, ReplicateBuffer};
 use crate::integrator::FirstHit;
 use crate::settings::Aov;
 
@@ -17,7 +17,7 @@ impl<'a> FirstHitSums<'a> {
     }
 
     /// Goes on with a pixel of a plane that has some samples.
-    pub fn resume(&mut self, plane: &Plane, pixel: usize) {
+    pub fn resume(&mut self, plane: &ReplicateBuffer, pixel: usize) {
         for (sum, layer) in self.sums.iter_mut().zip(&plane.layers) {
             *sum = layer.get(pixel).copied().unwrap_or([0.0; 3]);
         }
@@ -50,7 +50,7 @@ impl<'a> FirstHitSums<'a> {
 
     /// Hands the sums of the pixel over and starts the next one.
     #[inline(always)]
-    pub fn push(&mut self, plane: &mut Plane) {
+    pub fn push(&mut self, plane: &mut ReplicateBuffer) {
         if self.sums.is_empty() {
             return;
         }

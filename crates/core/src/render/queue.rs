@@ -4,7 +4,7 @@ use core::ops::Range;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::film::{Film, Part, Plane, Unit};
+use crate::film::{Film, Part, ReplicateBuffer, TileUpdate};
 use crate::light::LightUsage;
 use crate::observer::Observer;
 
@@ -27,7 +27,7 @@ pub(super) struct Next {
     pub replicate: u32,
     pub samples: Range<u32>,
     /// What is there already.
-    pub start: Plane,
+    pub start: ReplicateBuffer,
 }
 
 impl<'f> Queue<'f> {
@@ -48,7 +48,7 @@ impl<'f> Queue<'f> {
 
     /// Takes what is finished, and gives the next piece of work, if there is any and the observer has not got enough. One lock a
     /// tile.
-    pub fn exchange(&mut self, finished: Option<Unit>, observer: &dyn Observer) -> Option<Next> {
+    pub fn exchange(&mut self, finished: Option<TileUpdate>, observer: &dyn Observer) -> Option<Next> {
         self.put(finished, observer);
         if observer.has_enough(self.bare == 0) {
             return None;
@@ -64,12 +64,12 @@ impl<'f> Queue<'f> {
     }
 
     /// Takes what a worker leaves when it goes.
-    pub fn end(&mut self, finished: Option<Unit>, usage: &LightUsage, observer: &dyn Observer) {
+    pub fn end(&mut self, finished: Option<TileUpdate>, usage: &LightUsage, observer: &dyn Observer) {
         self.put(finished, observer);
         self.film.add_usage(usage);
     }
 
-    fn put(&mut self, finished: Option<Unit>, observer: &dyn Observer) {
+    fn put(&mut self, finished: Option<TileUpdate>, observer: &dyn Observer) {
         let Some(unit) = finished else { return };
         let (tile, replicate) = (unit.tile, unit.replicate);
         let bare = (0..self.film.plan().replicates).all(|replicate| self.film.drawn(tile, replicate) == 0);

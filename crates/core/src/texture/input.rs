@@ -46,7 +46,7 @@ pub(crate) struct TextureUse<R: Real> {
 impl<R: Real> TextureUse<R> {
     /// Where it reads its image, where that depends on a set of coordinates alone.
     #[inline(always)]
-    fn place(&self, here: &Here<'_, R>) -> Option<Place<R>> {
+    fn place(&self, here: &ShadingContext<'_, R>) -> Option<Place<R>> {
         let first = self.lies_as?;
         Some(match here.place.get() {
             Some((found, place)) if found == first => place,
@@ -65,13 +65,13 @@ impl<R: Real> TextureUse<R> {
     }
 
     #[inline(always)]
-    fn texel(&self, here: &Here<'_, R>) -> [R; 4] {
+    fn texel(&self, here: &ShadingContext<'_, R>) -> [R; 4] {
         let Some(place) = self.place(here) else { return self.texel_anywhere(here) };
         self.sampler.texel_at(&here.sources.images[self.image as usize], &here.sources.codes, &place)
     }
 
     #[inline(never)]
-    fn texel_anywhere(&self, here: &Here<'_, R>) -> [R; 4] {
+    fn texel_anywhere(&self, here: &ShadingContext<'_, R>) -> [R; 4] {
         let coordinates = match &self.coordinates {
             Some(own) => own.map(|input| input.number(here)),
             None => here.at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]),
@@ -90,8 +90,8 @@ impl<R: Real> TextureUse<R> {
 impl<R: Real> Sources<R> {
     /// Reads inputs at an interaction.
     #[inline(always)]
-    pub fn at<'a>(&'a self, at: &'a Interaction<R>) -> Here<'a, R> {
-        Here { sources: self, at, beam: Beam::default(), last: Cell::new(None), place: Cell::new(at.lies) }
+    pub fn at<'a>(&'a self, at: &'a Interaction<R>) -> ShadingContext<'a, R> {
+        ShadingContext { sources: self, at, beam: Beam::default(), last: Cell::new(None), place: Cell::new(at.lies) }
     }
 
     /// Has the texels brought near that a material's textures will read at an interaction, as far as texture coordinates alone say which,
@@ -125,7 +125,7 @@ impl<R: Real> Sources<R> {
 }
 
 /// Where inputs are read, and of what light where one is weighed.
-pub(crate) struct Here<'a, R: Real> {
+pub(crate) struct ShadingContext<'a, R: Real> {
     sources: &'a Sources<R>,
     pub at: &'a Interaction<R>,
     pub beam: Beam<R>,
@@ -135,7 +135,7 @@ pub(crate) struct Here<'a, R: Real> {
     place: Cell<Option<(u32, Place<R>)>>,
 }
 
-impl<R: Real> Here<'_, R> {
+impl<R: Real> ShadingContext<'_, R> {
     fn texel(&self, texture: u32) -> [R; 4] {
         match self.last.get() {
             Some((last, texel)) if last == texture => texel,
@@ -167,7 +167,7 @@ pub(crate) enum Input<R: Real> {
 impl<R: Real> Input<R> {
     /// Its value as a colour.
     #[inline(always)]
-    pub fn colour(&self, here: &Here<'_, R>) -> R::Vec3 {
+    pub fn colour(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
         match *self {
             Self::Constant(c) => c,
             Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point),
@@ -182,7 +182,7 @@ impl<R: Real> Input<R> {
 
     /// Its value as a number; of a colour the red part.
     #[inline(always)]
-    pub fn number(&self, here: &Here<'_, R>) -> R {
+    pub fn number(&self, here: &ShadingContext<'_, R>) -> R {
         match *self {
             Self::Constant(c) => c.x(),
             Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point).x(),
@@ -227,14 +227,14 @@ pub(crate) struct Product<R: Real> {
 impl<R: Real> Product<R> {
     /// The value as a number.
     #[inline(always)]
-    pub fn number(&self, here: &Here<'_, R>) -> R {
+    pub fn number(&self, here: &ShadingContext<'_, R>) -> R {
         let own = self.own.number(here);
         if let Some(image) = &self.image { own * image.number(here) } else { own }
     }
 
     /// A colour times the value.
     #[inline(always)]
-    pub fn tint(&self, here: &Here<'_, R>, colour: R::Vec3) -> R::Vec3 {
+    pub fn tint(&self, here: &ShadingContext<'_, R>, colour: R::Vec3) -> R::Vec3 {
         let own = colour * self.own.colour(here);
         if let Some(image) = &self.image { own * image.colour(here) } else { own }
     }

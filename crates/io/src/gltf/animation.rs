@@ -91,11 +91,11 @@ fn cubic(sampler: &AnimationSampler) -> bool {
 }
 
 /// A time among keys.
-enum Between {
+enum KeyPosition {
     /// At a key, before the first or after the last.
     At(usize),
     /// So much of the way from a key to the next one, and the seconds between both.
-    Way(usize, f64, f64),
+    Span(usize, f64, f64),
 }
 
 impl<'a> Keys<'a> {
@@ -117,7 +117,7 @@ impl<'a> Keys<'a> {
     }
 
     /// The values of a sampler and where among them a time is.
-    fn find(&mut self, sampler: &AnimationSampler, time: f64, arity: usize) -> Outcome<(Rc<Accessor<'a>>, Between)> {
+    fn find(&mut self, sampler: &AnimationSampler, time: f64, arity: usize) -> Outcome<(Rc<Accessor<'a>>, KeyPosition)> {
         let times = self.open(sampler.input).map_err(|fault| fault.at("input"))?;
         let values = self.open(sampler.output).map_err(|fault| fault.at("output"))?;
         let (count, wanted) = (times.count(), times.count().saturating_mul(if cubic(sampler) { 3 } else { 1 }));
@@ -135,11 +135,11 @@ impl<'a> Keys<'a> {
             if seconds(middle) <= time { after = middle + 1 } else { end = middle }
         }
         let between = match after {
-            0 => Between::At(0),
-            n if n == count || sampler.interpolation == Interpolation::Step => Between::At(n - 1),
+            0 => KeyPosition::At(0),
+            n if n == count || sampler.interpolation == Interpolation::Step => KeyPosition::At(n - 1),
             n => {
                 let duration = seconds(n) - seconds(n - 1);
-                Between::Way(n - 1, (time - seconds(n - 1)) / duration, duration)
+                KeyPosition::Span(n - 1, (time - seconds(n - 1)) / duration, duration)
             }
         };
         Ok((values, between))
@@ -150,13 +150,13 @@ impl<'a> Keys<'a> {
         let (values, between) = self.find(sampler, time, N)?;
         let value = |element: usize| values.vector::<N>(element).map(f64::from);
         Ok(match between {
-            Between::At(key) if cubic(sampler) => value(3 * key + 1),
-            Between::At(key) => value(key),
-            Between::Way(key, share, _) if !cubic(sampler) => {
+            KeyPosition::At(key) if cubic(sampler) => value(3 * key + 1),
+            KeyPosition::At(key) => value(key),
+            KeyPosition::Span(key, share, _) if !cubic(sampler) => {
                 let (a, b) = (value(key), value(key + 1));
                 core::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
             }
-            Between::Way(key, share, duration) => hermite([1, 2, 3, 4].map(|i| value(3 * key + i)), share, duration),
+            KeyPosition::Span(key, share, duration) => hermite([1, 2, 3, 4].map(|i| value(3 * key + i)), share, duration),
         })
     }
 
@@ -167,12 +167,12 @@ impl<'a> Keys<'a> {
         let targets = values.count() / (parts * self.open(sampler.input)?.count());
         let value = |place: usize, target: usize| values.vector::<1>(place * targets + target).map(f64::from);
         let weight = |target: usize| match between {
-            Between::At(key) => value(parts * key + parts / 2, target),
-            Between::Way(key, share, _) if !cubic(sampler) => {
+            KeyPosition::At(key) => value(parts * key + parts / 2, target),
+            KeyPosition::Span(key, share, _) if !cubic(sampler) => {
                 let ([a], [b]) = (value(key, target), value(key + 1, target));
                 [a + (b - a) * share]
             }
-            Between::Way(key, share, duration) => hermite([1, 2, 3, 4].map(|i| value(3 * key + i, target)), share, duration),
+            KeyPosition::Span(key, share, duration) => hermite([1, 2, 3, 4].map(|i| value(3 * key + i, target)), share, duration),
         };
         Ok((0..targets).map(|target| weight(target)[0]).collect())
     }
@@ -187,8 +187,8 @@ impl<'a> Keys<'a> {
         let (values, between) = self.find(sampler, time, 4)?;
         let value = |element: usize| DQuat::from_array(values.vector::<4>(element).map(f64::from));
         Ok(match between {
-            Between::At(key) => value(key),
-            Between::Way(key, share, _) => slerp(value(key), value(key + 1), share),
+            KeyPosition::At(key) => value(key),
+            KeyPosition::Span(key, share, _) => slerp(value(key), value(key + 1), share),
         }
         .to_array())
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use raywright_core::accuracy::{EffectCost, EffectCosts, Interval, LadderReport, Measured, OutputReport, Paid, RungReport};
+use raywright_core::accuracy::{EffectCost, EffectCosts, Interval, LadderReport, Measured, OutputReport, RungCost, RungReport};
 use raywright_core::bench::Spread;
 use raywright_core::effects::Status;
 
@@ -132,7 +132,7 @@ impl Page<'_> {
         format!("{} ±{:.0} %", spoken(of.median * self.report.enlargement()), of.relative() * 100.0)
     }
 
-    fn paid(&self, of: &Paid) -> String {
+    fn paid(&self, of: &RungCost) -> String {
         let bits = if of.same_bits { "" } else { ", ANOTHER PICTURE" };
         let memory = human_bytes(of.geometry) + bits;
         let list = [self.time(&of.seconds), number(of.ratio.median), spoken(of.preparing.median), memory];
@@ -155,7 +155,7 @@ impl Page<'_> {
             return rows;
         }
         format!(
-            "<h2>What changes no picture</h2>\n<p class=\"soft\">Paid in time and memory alone; that the pictures are the same bits is \
+            "<h2>What changes no picture</h2>\n<p class=\"soft\">RungCost in time and memory alone; that the pictures are the same bits is \
              checked.</p>\n<div class=\"wide\"><table><thead><tr><th>rung</th><th>CPU time</th><th>× in use</th><th>preparing</th>\
              <th>memory</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
         )

@@ -109,7 +109,7 @@ fn halved(items: &mut [Item]) -> usize {
 }
 
 /// Left are the items of this bin of an axis and of those before it.
-struct Plane {
+struct SplitPlane {
     scale: Scale,
     axis: usize,
     bin: u32,
@@ -148,7 +148,7 @@ impl Scale {
     }
 }
 
-impl Plane {
+impl SplitPlane {
     /// Copies the items to either end of the other array and counts those of the front.
     fn part(&self, items: &[Item], other: &mut [Item]) -> usize {
         let (mut front, mut back) = (0, other.len());
@@ -182,7 +182,7 @@ impl Bin {
 }
 
 /// The split of least expected cost; none where all items fall into one bin of each axis.
-fn cheapest<'a, I: Iterator<Item = &'a Item>>(items: impl Fn() -> I, count: usize, blocks: bool) -> Option<Plane> {
+fn cheapest<'a, I: Iterator<Item = &'a Item>>(items: impl Fn() -> I, count: usize, blocks: bool) -> Option<SplitPlane> {
     let (mut low, mut high, mut all) = (Vec4::INFINITY, Vec4::NEG_INFINITY, Bin::EMPTY);
     for item in items() {
         let centre = item.centre();
@@ -206,7 +206,7 @@ fn cheapest<'a, I: Iterator<Item = &'a Item>>(items: impl Fn() -> I, count: usiz
     let unit = 1.0 / extent;
     let unit = if unit.is_finite() { unit } else { 1.0 };
     let sweep = Sweep { bins: &bins[..used], counts: &counts[..used], unit, count: count as f32, blocks };
-    sweep.cheapest().map(|(axis, bin)| Plane { scale, axis, bin })
+    sweep.cheapest().map(|(axis, bin)| SplitPlane { scale, axis, bin })
 }
 
 /// The bins of all three axes, to be asked side by side where a split costs least.

@@ -6,7 +6,7 @@ mod text;
 
 use std::path::Path;
 
-use raywright_core::bench::{BenchError, Care, Row, generated, given, sizes};
+use raywright_core::bench::{BenchError, BenchOptions, Row, generated, given, sizes};
 use raywright_core::settings::Settings;
 use raywright_io::{Error, output};
 
@@ -56,9 +56,13 @@ fn refuse_other_formats(path: &Path) -> Result<(), Failure> {
 }
 
 /// How long a sample may be so that `rows` of them, of both scans and the tree, keep within the time given.
-fn care(args: &BenchArgs, rows: usize) -> Care {
+fn care(args: &BenchArgs, rows: usize) -> BenchOptions {
     let samples = f64::from(args.repeats) * 3.0 * rows as f64;
-    Care { repeats: args.repeats as usize, sample_seconds: (args.seconds / samples).min(LONGEST_SAMPLE), build: args.build }
+    BenchOptions {
+        repeats: args.repeats as usize,
+        sample_seconds: (args.seconds / samples).min(LONGEST_SAMPLE),
+        build: args.build,
+    }
 }
 
 fn of_generated(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
@@ -121,8 +125,8 @@ mod tests {
             care(&args, rows)
         };
         // 0.75 s / (4 repeats · 3 samples · 2 rows)
-        assert_eq!(care("0.75", 2), Care { repeats: 4, sample_seconds: 0.03125, build: BuildQuality::Fast });
-        assert_eq!(care("0.75", 5), Care { repeats: 4, sample_seconds: 0.0125, build: BuildQuality::Fast });
+        assert_eq!(care("0.75", 2), BenchOptions { repeats: 4, sample_seconds: 0.03125, build: BuildQuality::Fast });
+        assert_eq!(care("0.75", 5), BenchOptions { repeats: 4, sample_seconds: 0.0125, build: BuildQuality::Fast });
         assert_eq!(care("1000", 2).sample_seconds, 0.05);
     }
 

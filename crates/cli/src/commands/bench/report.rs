@@ -3,7 +3,7 @@
 use std::thread::available_parallelism;
 
 use raywright_core::bench::clock::CLOCK;
-use raywright_core::bench::{Care, FILL, Given, Series};
+use raywright_core::bench::{BenchOptions, FILL, Given, Series};
 use raywright_core::ladder::build_rung;
 use serde::Serialize;
 
@@ -58,7 +58,7 @@ pub enum Measured {
 
 impl Report {
     /// Adds what is known of the machine.
-    pub fn new(care: Care, measured: Measured) -> Self {
+    pub fn new(care: BenchOptions, measured: Measured) -> Self {
         Self {
             format: 1,
             version: env!("CARGO_PKG_VERSION"),

@@ -2,26 +2,30 @@
 
 use super::super::Listener;
 use super::super::effects::{Bench, EffectCosts};
+use super::super::measurements::Measurements;
 use super::super::report::{Price, PriceReport};
-use super::super::shots::Shots;
 use super::{PRICES, Session};
 use crate::prepare::PrepareError;
 
 /// Tells of a part of the measurement as the stretch of the whole that it is.
-struct Stretch<'a> {
+struct ProgressRange<'a> {
     listener: &'a mut dyn Listener,
     from: f64,
     to: f64,
 }
 
-impl Listener for Stretch<'_> {
+impl Listener for ProgressRange<'_> {
     fn step(&mut self, what: &str, share: f64) {
         self.listener.step(what, self.from + share * (self.to - self.from));
     }
 }
 
 impl Session<'_> {
-    pub fn prices(&mut self, shots: &Shots<'_>, listener: &mut dyn Listener) -> Result<Vec<PriceReport>, PrepareError> {
+    pub fn prices(
+        &mut self,
+        measurements: &Measurements<'_>,
+        listener: &mut dyn Listener,
+    ) -> Result<Vec<PriceReport>, PrepareError> {
         let mut reports = Vec::new();
         for &ladder in &self.priced {
             let in_use = ladder.in_use(self.scene, &self.settings);
@@ -30,7 +34,7 @@ impl Session<'_> {
                 let setting = self.setting(choice);
                 let in_use = setting == self.base;
                 listener.step(&format!("time of {choice}"), self.spent());
-                let paid = shots.paid(&setting, &self.base, self.at(PRICES))?;
+                let paid = measurements.paid(&setting, &self.base, self.at(PRICES))?;
                 rungs.push(Price { rung: rung.name.to_owned(), about: rung.about, in_use, paid });
             }
             reports.push(PriceReport { ladder: ladder.name(), in_use, rungs });
@@ -45,7 +49,7 @@ impl Session<'_> {
         let (start, from) = (now(), self.spent());
         let budget = self.at(1.0).saturating_duration_since(start);
         let bench = Bench { scene: &scene, observer, stopwatch, now, start, budget };
-        match bench.run(&settings, &mut Stretch { listener, from, to: 1.0 }) {
+        match bench.run(&settings, &mut ProgressRange { listener, from, to: 1.0 }) {
             Ok(costs) => {
                 self.cut_short |= !costs.late.is_empty();
                 Ok(Some(costs))

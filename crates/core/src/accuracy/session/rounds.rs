@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::super::Listener;
+use super::super::measurements::Measurements;
 use super::super::setting::Setting;
-use super::super::shots::Shots;
 use super::reach::samples_of;
 use super::{HALVES, RUNGS, Session};
 use crate::ladder::{Choice, Ladder};
@@ -34,14 +34,14 @@ impl Session<'_> {
 
     /// Two rounds over settings that take about as long as the scene's own, since one says nothing of what a clock is off by; two over those of
     /// many samples; and further ones over all that would be finished.
-    pub fn rounds(&mut self, shots: &mut Shots<'_>, listener: &mut dyn Listener) -> Result<(), PrepareError> {
-        let a_sample = self.first_render(shots, listener)?;
+    pub fn rounds(&mut self, measurements: &mut Measurements<'_>, listener: &mut dyn Listener) -> Result<(), PrepareError> {
+        let a_sample = self.first_render(measurements, listener)?;
         let (far, near): (Vec<Setting>, Vec<Setting>) =
             self.rounds_of().into_iter().partition(|setting| self.has_many_samples(setting));
         let mut took = Duration::ZERO;
         for (settings, round) in [(&near, 0), (&near, 1), (&far, 0), (&far, 1)] {
             let before = (self.now)();
-            self.round((settings, round), a_sample, shots, listener)?;
+            self.round((settings, round), a_sample, measurements, listener)?;
             took += ((self.now)() - before) / 2;
         }
         let all = [near, far].concat();
@@ -50,7 +50,7 @@ impl Session<'_> {
             if before + took > self.at(RUNGS) {
                 break;
             }
-            self.round((&all, round), a_sample, shots, listener)?;
+            self.round((&all, round), a_sample, measurements, listener)?;
             took = (self.now)() - before;
         }
         Ok(())
@@ -58,15 +58,15 @@ impl Session<'_> {
 
     /// Renders the scene as it is, and again in place of that, since the first picture of a size also takes the time for its memory. Seconds
     /// that a sample takes.
-    fn first_render(&self, shots: &mut Shots<'_>, listener: &mut dyn Listener) -> Result<f64, PrepareError> {
+    fn first_render(&self, measurements: &mut Measurements<'_>, listener: &mut dyn Listener) -> Result<f64, PrepareError> {
         let own = Setting::default();
         listener.step(&format!("round 1: {own}"), self.spent());
         let before = (self.now)();
         // Without the scene's own picture there is nothing to tell, so that one may take what there is.
-        shots.take(&own, 0, self.at(1.0))?;
+        measurements.take(&own, 0, self.at(1.0))?;
         let took = (self.now)() - before;
         if before + 2 * took <= self.at(RUNGS) {
-            shots.take_again(&own, 0, self.at(RUNGS))?;
+            measurements.take_again(&own, 0, self.at(RUNGS))?;
         }
         Ok(took.as_secs_f64() / f64::from(self.settings.sampling.count()))
     }
@@ -75,7 +75,7 @@ impl Session<'_> {
         &mut self,
         (settings, round): (&[Setting], u64),
         a_sample: f64,
-        shots: &mut Shots<'_>,
+        measurements: &mut Measurements<'_>,
         listener: &mut dyn Listener,
     ) -> Result<(), PrepareError> {
         let (end, own_samples) = (self.at(RUNGS), f64::from(self.settings.sampling.count()));
@@ -84,7 +84,7 @@ impl Session<'_> {
             let samples = setting.rung(Ladder::Samples).and_then(samples_of).unwrap_or(own_samples);
             // What would not be finished would only take the time of the others.
             let is_possible = (self.now)() + Duration::from_secs_f64(samples * a_sample) <= end;
-            self.cut_short |= !(shots.has(setting, round) || is_possible && shots.take(setting, round, end)?);
+            self.cut_short |= !(measurements.has(setting, round) || is_possible && measurements.take(setting, round, end)?);
         }
         Ok(())
     }

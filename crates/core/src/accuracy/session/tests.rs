@@ -207,10 +207,11 @@ fn another_picture_is_told_from_the_same() {
     let display = Display::of(&scene.render);
     let time = ReferenceTime { end: Instant::now(), latest: Instant::now() + Duration::from_secs(600) };
     let (truth, ..) = studio.reference(&Setting::default(), display, time, Start::default()).expect("a reference");
-    let shots = Shots::new(&studio, &truth);
+    let measurements = Measurements::new(&studio, &truth);
     let same = |rung: &str| {
         let setting = Setting::one(Choice::parse(rung).expect("a rung"));
-        let paid = shots.paid(&setting, &Setting::default(), Instant::now() + Duration::from_secs(600)).expect("a small picture");
+        let paid =
+            measurements.paid(&setting, &Setting::default(), Instant::now() + Duration::from_secs(600)).expect("a small picture");
         paid.expect("time").same_bits
     };
     assert!(same("accelerator=linear") && !same("path-length=1"));
@@ -291,14 +292,14 @@ fn rungs_are_begun_that_can_be_finished() {
     let time = ReferenceTime { end: clock.start, latest: far };
     let (truth, ..) =
         studio.reference(&Setting::default(), Display::of(&scene.render), time, Start::default()).expect("a reference");
-    let mut shots = Shots::new(&studio, &truth);
+    let mut measurements = Measurements::new(&studio, &truth);
     let effort = Effort { budget: Duration::from_secs_f64(20.0 * own / RUNGS), size: None, rounds: 2 };
     let mut session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &(), (stopwatch, &now));
     let more = Choice::parse("samples=64").expect("a rung");
     session.pictured = vec![Ladder::Samples];
     session.beyond = Ladder::Samples.choices().filter(|&choice| choice != more).collect();
-    session.rounds(&mut shots, &mut ()).expect("time enough");
-    assert!(shots.measured(&Setting::one(more), &Setting::default()).is_some() && !session.cut_short);
+    session.rounds(&mut measurements, &mut ()).expect("time enough");
+    assert!(measurements.measured(&Setting::one(more), &Setting::default()).is_some() && !session.cut_short);
 }
 
 /// Protects: a reference that lacks its second replicate when its share of the time is over has half of what is left.

@@ -3,9 +3,9 @@
 use super::super::Listener;
 use super::super::answer::answer;
 use super::super::frontier::{Point, Steps, pareto, walk};
+use super::super::measurements::Measurements;
 use super::super::report::{Answer, Candidate};
 use super::super::setting::Setting;
-use super::super::shots::Shots;
 use super::{AGAIN, Session, WALKS};
 use crate::denoise;
 use crate::ladder::{Choice, Ladder};
@@ -21,19 +21,19 @@ impl Session<'_> {
     /// say first of all.
     pub fn frontier(
         &mut self,
-        shots: &mut Shots<'_>,
+        measurements: &mut Measurements<'_>,
         listener: &mut dyn Listener,
     ) -> Result<(Vec<Candidate>, Answer), PrepareError> {
         let is_possible = |setting: &Setting| {
             let (_, settings) = setting.applied(self.scene, &self.settings);
             !settings.denoise || denoise::is_possible(settings.sampling)
         };
-        let mut known = self.walked(shots, &is_possible, listener)?;
+        let mut known = self.walked(measurements, &is_possible, listener)?;
         known.extend(self.rounds_of().into_iter().filter(|setting| is_possible(setting)));
         let own = Setting::default();
-        let mut chosen = unbeaten(known.clone(), |setting| shots.point(setting));
+        let mut chosen = unbeaten(known.clone(), |setting| measurements.point(setting));
         // The best of many is partly the luckiest: what it does with other random numbers counts.
-        let mut again = Shots::new(shots.studio, shots.truth);
+        let mut again = Measurements::new(measurements.studio, measurements.truth);
         for round in FRESH..FRESH + STEP_ROUNDS {
             for setting in [&own].into_iter().chain(chosen.iter().filter(|setting| **setting != own)) {
                 listener.step(&format!("once more: {setting}"), self.spent());
@@ -41,11 +41,11 @@ impl Session<'_> {
             }
         }
         let has_all = again.point(&own).is_some() && chosen.iter().all(|setting| again.point(setting).is_some());
-        let last = if has_all { &again } else { &*shots };
+        let last = if has_all { &again } else { &*measurements };
         chosen = unbeaten(chosen, |setting| last.point(setting));
         let candidate = |setting: &Setting| Some(Candidate { flags: setting.flags(), measured: last.measured(setting, &own)? });
         let best = |setting: Setting| {
-            let comparison = again.comparison(&setting, &own).or_else(|| shots.comparison(&setting, &own))?;
+            let comparison = again.comparison(&setting, &own).or_else(|| measurements.comparison(&setting, &own))?;
             Some((setting, comparison))
         };
         let answer = answer(known.into_iter().filter_map(best));
@@ -55,17 +55,17 @@ impl Session<'_> {
     /// Combinations that steps lead to.
     fn walked(
         &self,
-        shots: &mut Shots<'_>,
+        measurements: &mut Measurements<'_>,
         is_possible: &dyn Fn(&Setting) -> bool,
         listener: &mut dyn Listener,
     ) -> Result<Vec<Setting>, PrepareError> {
-        let steps: Vec<Steps> = self.pictured.iter().filter_map(|&ladder| self.steps(ladder, shots)).collect();
-        let Some(start) = shots.point(&self.base) else { return Ok(Vec::new()) };
+        let steps: Vec<Steps> = self.pictured.iter().filter_map(|&ladder| self.steps(ladder, measurements)).collect();
+        let Some(start) = measurements.point(&self.base) else { return Ok(Vec::new()) };
         let (mut failed, end) = (None, self.at(WALKS));
         let found = walk(&steps, (&self.base, start), is_possible, &mut |setting| {
             listener.step(&format!("together: {setting}"), self.spent());
             for round in 0..STEP_ROUNDS {
-                match shots.take(setting, round, end) {
+                match measurements.take(setting, round, end) {
                     Ok(true) => {}
                     Ok(false) => return None,
                     Err(error) => {
@@ -74,7 +74,7 @@ impl Session<'_> {
                     }
                 }
             }
-            shots.point(setting)
+            measurements.point(setting)
         });
         failed.map_or(Ok(found.into_iter().map(|(setting, _)| setting).collect()), Err)
     }
@@ -83,12 +83,12 @@ impl Session<'_> {
     ///
     /// What a rung gets wrong is its difference to the ladder's most exact one with the same random numbers: beside the error of
     /// few samples it would not be seen, and yet decide what many are worth.
-    fn steps(&self, ladder: Ladder, shots: &Shots<'_>) -> Option<Steps> {
+    fn steps(&self, ladder: Ladder, measurements: &Measurements<'_>) -> Option<Steps> {
         let in_use = ladder.in_use(self.scene, &self.settings);
         let exact = self.most_exact(ladder);
         let point = |setting: &Setting| {
-            let point = shots.point(setting)?;
-            let error = if ladder.shares_random_numbers() { shots.paired(setting, &exact)?.relative } else { point.error };
+            let point = measurements.point(setting)?;
+            let error = if ladder.shares_random_numbers() { measurements.paired(setting, &exact)?.relative } else { point.error };
             Some(Point { error, ..point })
         };
         let own = point(&self.beside(ladder))?;

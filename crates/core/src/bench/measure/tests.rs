@@ -11,7 +11,7 @@ fn a_ratio_is_scan_over_tree() {
     let who = Contestant { geometry: &geometry, build: Spread::of(&[1.0]), bytes: 0 };
     let rays = crate::bench::rays(16, 1);
     let method = Method {
-        care: Care { repeats: 1, sample_seconds: 1e-4, build: BuildQuality::Fast },
+        care: BenchOptions { repeats: 1, sample_seconds: 1e-4, build: BuildQuality::Fast },
         stopwatch: crate::bench::clock::steady,
     };
     let mut scan = Challenger::new(&who, &rays, &method);
@@ -32,7 +32,7 @@ fn samples_fill_their_time() {
     let geometry = Geometry::<f32>::new(group(Kind::Spheres, 3, 1).unwrap(), AcceleratorKind::Linear);
     let sized = |rays: u32, sample_seconds| {
         let method = Method {
-            care: Care { repeats: 1, sample_seconds, build: BuildQuality::Fast },
+            care: BenchOptions { repeats: 1, sample_seconds, build: BuildQuality::Fast },
             stopwatch: crate::bench::clock::steady,
         };
         let rays = crate::bench::rays(rays, 1);

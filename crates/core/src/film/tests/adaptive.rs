@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use super::{in_order, scene};
 use crate::film::adaptive::Aim;
-use crate::film::{Doubt, Film, Plane};
+use crate::film::{Doubt, Film, ReplicateBuffer};
 use crate::hash::mix;
 use crate::observer::Observer;
 use crate::scene::{Integrator, Scene};
@@ -26,7 +26,7 @@ pub(super) fn take(film: &mut Film, mean: impl Fn(u32, u32, f64) -> f64) {
         let samples: Vec<u16> = (0..plan.pixels()).map(|p| film.goal(tile_of(p), replicate) as u16).collect();
         let of = |(pixel, &n): (usize, &u16)| [mean(replicate, tile_of(pixel), f64::from(n)) * f64::from(n); 3];
         let sums = samples.iter().enumerate().map(of).collect();
-        film.planes[replicate as usize] = Some(Plane { sums, samples, ..Plane::default() });
+        film.planes[replicate as usize] = Some(ReplicateBuffer { sums, samples, ..ReplicateBuffer::default() });
     }
     film.drawn.copy_from_slice(&film.goals.clone());
 }
@@ -131,7 +131,7 @@ fn replicates_count_the_same() {
     for (replicate, (mean, n)) in [(1.0, 4), (2.0, 8), (3.0, 4), (6.0, 8)].into_iter().enumerate() {
         let pixels = film.plan.pixels();
         let sums = vec![[mean * f64::from(n); 3]; pixels];
-        film.planes[replicate] = Some(Plane { sums, samples: vec![n; pixels], ..Plane::default() });
+        film.planes[replicate] = Some(ReplicateBuffer { sums, samples: vec![n; pixels], ..ReplicateBuffer::default() });
     }
     assert!(film.picture().rgb.iter().all(|colour| colour.iter().all(|c| (c - 3.0).abs() < 1e-6)));
     let rmse = film.uncertainty().expect("four replicates").rmse.value;
@@ -148,7 +148,7 @@ fn coverage_counts_replicates_the_same() {
     let mut film = prepare(&Scene::default(), &settings, &()).expect("an empty scene").film("");
     for (replicate, n) in [4_u16, 8, 4, 8].into_iter().enumerate() {
         let covered = vec![if replicate == 0 { 4 * crate::film::sums::WHOLE } else { 0 }; 256];
-        let plane = Plane { sums: vec![[0.0; 3]; 256], samples: vec![n; 256], covered, ..Plane::default() };
+        let plane = ReplicateBuffer { sums: vec![[0.0; 3]; 256], samples: vec![n; 256], covered, ..ReplicateBuffer::default() };
         film.planes[replicate] = Some(plane);
     }
     assert!(film.picture().alpha.expect("it was asked for").iter().all(|&alpha| alpha == 0.25));
@@ -205,7 +205,7 @@ fn rare_light_is_not_lost() {
                 let count = |pixel: usize| (0..goal(pixel)).filter(|&index| met(pixel, index)).count();
                 let sums = (0..plan.pixels()).map(|pixel| [bright * count(pixel) as f64; 3]).collect();
                 let samples = (0..plan.pixels()).map(|pixel| goal(pixel) as u16).collect();
-                film.planes[replicate as usize] = Some(Plane { sums, samples, ..Plane::default() });
+                film.planes[replicate as usize] = Some(ReplicateBuffer { sums, samples, ..ReplicateBuffer::default() });
             }
             film.drawn.copy_from_slice(&film.goals.clone());
             if film.aim(0.9, &()) != Aim::Further {

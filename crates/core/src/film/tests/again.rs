@@ -3,14 +3,14 @@
 use super::adaptive::{row, take};
 use super::uncertainty::film;
 use crate::film::adaptive::Aim;
-use crate::film::again::{Again, Once};
-use crate::film::{Doubt, Plane};
+use crate::film::again::{LeaveOneOut, SingleReplicateBound};
+use crate::film::{Doubt, ReplicateBuffer};
 use crate::hash::mix;
 use crate::metrics::student_95;
 
 /// Whether so many pixels with these means of four replicates vouch for light that was seen once.
 fn vouch(pixels: &[(usize, [f64; 4])]) -> bool {
-    let mut again = Again::default();
+    let mut again = LeaveOneOut::default();
     for &(count, means) in pixels {
         (0..count).for_each(|_| again.add(means.map(|mean| [mean; 3])));
     }
@@ -54,7 +54,7 @@ fn what_was_seen_once_has_a_gamma_distribution() {
             second += density * weight * weight;
         }
         // Of four replicates one has all of the light.
-        let once = Once::of([[0.0; 3], [4.0 * mean; 3], [0.0; 3], [0.0; 3]]);
+        let once = SingleReplicateBound::of([[0.0; 3], [4.0 * mean; 3], [0.0; 3], [0.0; 3]]);
         let ratio = once.most[0] / first;
         assert!((0.99..=largest).contains(&ratio), "{mean}: {ratio}");
         if mean >= 1.0 {
@@ -127,7 +127,8 @@ fn small_lamps_are_told_from_rare_light() {
                     [2.0 * colour(lit as f64 / SAMPLES as f64); 3]
                 };
                 let sums = (0..PIXELS).map(sum).collect();
-                film.planes[replicate as usize] = Some(Plane { sums, samples: vec![2; PIXELS as usize], ..Plane::default() });
+                film.planes[replicate as usize] =
+                    Some(ReplicateBuffer { sums, samples: vec![2; PIXELS as usize], ..ReplicateBuffer::default() });
             }
             let found = film.uncertainty().expect("four replicates");
             assert_eq!(found.doubt, (!is_sure).then_some(Doubt::FewPixels), "{name}");

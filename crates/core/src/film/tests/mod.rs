@@ -75,7 +75,8 @@ pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSa
         };
         let layers = film.plan.layers.mean.iter().map(layer).collect();
         let sums = all.iter().map(|seen| twice(seen.radiance)).collect();
-        film.planes[replicate] = Some(crate::film::Plane { sums, samples: vec![2; count], layers, ..Default::default() });
+        film.planes[replicate] =
+            Some(crate::film::ReplicateBuffer { sums, samples: vec![2; count], layers, ..Default::default() });
     }
     film.drawn.fill(2);
     film.centre = vec![vec![3.0; count]];

@@ -1,8 +1,8 @@
 //! What becomes of the sums: errors, layers, counters and memory.
 
 use super::{layers, ready, rendered, scene, settings};
-use crate::film::estimate::There;
-use crate::film::{Film, Plane};
+use crate::film::estimate::ReplicateStats;
+use crate::film::{Film, ReplicateBuffer};
 use crate::hash::mix;
 use crate::metrics::student_95;
 use crate::scene::{Integrator, Pattern, Scene};
@@ -14,13 +14,13 @@ fn render(scene: &Scene, settings: &Settings) -> Rendered {
 }
 
 /// Planes of one pixel with these sums and counts.
-fn planes(of: &[(f64, u16)]) -> Vec<Plane> {
-    of.iter().map(|&(sum, n)| Plane { sums: vec![[sum; 3]], samples: vec![n], ..Plane::default() }).collect()
+fn planes(of: &[(f64, u16)]) -> Vec<ReplicateBuffer> {
+    of.iter().map(|&(sum, n)| ReplicateBuffer { sums: vec![[sum; 3]], samples: vec![n], ..ReplicateBuffer::default() }).collect()
 }
 
 fn error(of: &[(f64, u16)]) -> f32 {
     let planes = planes(of);
-    There::new(planes.iter(), false).standard_errors(1, 1)[0][0]
+    ReplicateStats::new(planes.iter(), false).standard_errors(1, 1)[0][0]
 }
 
 /// Protects: the standard error of replicates, by hand. Means 1, 2, 3, 4 of equal weight: variance 5/3, over four. Means 1 of
@@ -45,10 +45,10 @@ fn no_error_is_far_below_the_neighbours() {
             let each = pixels.iter().enumerate();
             let counts: Vec<u16> = (0..pixels.len()).map(|pixel| samples(pixel, replicate)).collect();
             let sums = each.map(|(pixel, means)| [means[replicate] * f64::from(counts[pixel]); 3]).collect();
-            Plane { sums, samples: counts, ..Plane::default() }
+            ReplicateBuffer { sums, samples: counts, ..ReplicateBuffer::default() }
         };
-        let planes: Vec<Plane> = (0..4).map(plane).collect();
-        let errors = There::new(planes.iter(), false).standard_errors(pixels.len(), width);
+        let planes: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
+        let errors = ReplicateStats::new(planes.iter(), false).standard_errors(pixels.len(), width);
         errors.iter().map(|error| f64::from(error[1])).collect::<Vec<f64>>()
     };
     const LEAST: f64 = 0.117_282;
@@ -81,10 +81,10 @@ fn errors_of_pixels_hold_rare_light() {
                 (0..16).filter(|&index| share(address(index)) < chance).count() as f64
             };
             let sums = (0..SIDE * SIDE).map(|pixel| [lit(pixel); 3]).collect();
-            Plane { sums, samples: vec![16; SIDE * SIDE], ..Plane::default() }
+            ReplicateBuffer { sums, samples: vec![16; SIDE * SIDE], ..ReplicateBuffer::default() }
         };
-        let planes: Vec<Plane> = (0..4).map(plane).collect();
-        let there = There::new(planes.iter(), false);
+        let planes: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
+        let there = ReplicateStats::new(planes.iter(), false);
         for (pixel, error) in there.standard_errors(SIDE * SIDE, SIDE).into_iter().enumerate() {
             let off = (there.mean(pixel).0[0] - chance).abs();
             held += usize::from(off <= student_95(3) * f64::from(error[0]));

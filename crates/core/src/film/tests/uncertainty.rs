@@ -1,7 +1,7 @@
 //! Errors of whole pictures against closed forms, and against the truth of a scene whose pixels are known.
 
 use super::{layers, ready, rendered, settings};
-use crate::film::{Counters, Doubt, Film, Plane};
+use crate::film::{Counters, Doubt, Film, ReplicateBuffer};
 use crate::hash::mix;
 use crate::metrics::student_95;
 use crate::scene::Scene;
@@ -20,7 +20,7 @@ pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
     let mut film = ready.film("");
     for replicate in 0..4 {
         let sums = pixels.iter().map(|means| [2.0 * means[replicate]; 3]).collect();
-        film.planes[replicate] = Some(Plane { sums, samples: vec![2; pixels.len()], ..Plane::default() });
+        film.planes[replicate] = Some(ReplicateBuffer { sums, samples: vec![2; pixels.len()], ..ReplicateBuffer::default() });
     }
     film
 }
@@ -113,7 +113,7 @@ fn intervals_hold_known_errors() {
                     [0, 1, 2].map(|channel| 2.0 * truth(pixel) * (1.0 + noise(pixel, address, channel)))
                 };
                 let sums = (0..PIXELS).map(sum).collect();
-                film.planes[replicate] = Some(Plane { sums, samples: vec![2; PIXELS], ..Plane::default() });
+                film.planes[replicate] = Some(ReplicateBuffer { sums, samples: vec![2; PIXELS], ..ReplicateBuffer::default() });
             }
             let square = |(pixel, colour): (usize, &[f32; 3])| {
                 let of = |&c: &f32| (f64::from(c) - truth(pixel)).powi(2) / (truth(pixel).powi(2) + 0.01);
@@ -138,7 +138,7 @@ fn two_replicates_are_held_against_neighbours() {
         let mut film = prepare(&Scene::default(), &all, &()).expect("an empty scene").film("");
         for replicate in 0..2 {
             let sums = pixels.iter().map(|means| [4.0 * means[replicate]; 3]).collect();
-            film.planes[replicate] = Some(Plane { sums, samples: vec![4; pixels.len()], ..Plane::default() });
+            film.planes[replicate] = Some(ReplicateBuffer { sums, samples: vec![4; pixels.len()], ..ReplicateBuffer::default() });
         }
         let found = film.uncertainty().expect("two replicates");
         assert_eq!((found.doubt, found.replicates), (Some(Doubt::FewSamples), 2));
@@ -158,7 +158,8 @@ fn three_replicates_are_surer_than_two() {
     let all = Settings { size: [10, 1], sampling: Sampling::General(6), replicates: Some(3), ..Settings::of(&Scene::default()) };
     let mut film = prepare(&Scene::default(), &all, &()).expect("an empty scene").film("");
     for (replicate, mean) in [0.0, 1.0, 0.5].into_iter().enumerate() {
-        film.planes[replicate] = Some(Plane { sums: vec![[2.0 * mean; 3]; 10], samples: vec![2; 10], ..Plane::default() });
+        film.planes[replicate] =
+            Some(ReplicateBuffer { sums: vec![[2.0 * mean; 3]; 10], samples: vec![2; 10], ..ReplicateBuffer::default() });
     }
     let found = film.uncertainty().expect("three replicates");
     assert_eq!((found.doubt, found.replicates), (Some(Doubt::FewSamples), 3));
@@ -169,10 +170,14 @@ fn three_replicates_are_surer_than_two() {
 /// about 1, with a variance of (1 + 1 + 4)/2 of which the mean of three has a third; by samples they lie about 2, 4·(1 + 1 + 1)/(6·2) = 1.
 #[test]
 fn deviations_count_as_their_means_do() {
-    let plane = |mean: f64, n: u16| Plane { sums: vec![[mean * f64::from(n); 3]], samples: vec![n], ..Plane::default() };
+    let plane = |mean: f64, n: u16| ReplicateBuffer {
+        sums: vec![[mean * f64::from(n); 3]],
+        samples: vec![n],
+        ..ReplicateBuffer::default()
+    };
     let planes = [plane(0.0, 1), plane(0.0, 1), plane(3.0, 4)];
     for (even, mean) in [(true, 1.0), (false, 2.0)] {
-        let there = crate::film::estimate::There::new(planes.iter(), even);
+        let there = crate::film::estimate::ReplicateStats::new(planes.iter(), even);
         assert_eq!((there.mean(0).0, there.means(0).variance()), ([mean; 3], [1.0; 3]), "{even}");
     }
 }

@@ -6,13 +6,18 @@ use crate::interaction::Interaction;
 use crate::material::{Bsdf, Lobe, MetallicRoughness};
 use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::scene::SpecularModel;
-use crate::texture::Here;
+use crate::texture::ShadingContext;
 
 /// The lobes of a classic surface: `local`·`colour`·`diffuse` is Lambert's albedo, `specular` microfacets as sharp as its exponent,
 /// `reflection` a mirror of its weight at every angle, `transmission` a smooth dielectric. What all of them together would send back
 /// beyond one is taken from the diffuse one.
 #[inline(always)]
-pub(super) fn lobes<R: Real>(m: &ClassicInputs<R>, here: &Here<'_, R>, at: &Interaction<R>, normal: R::Vec3) -> Bsdf<R> {
+pub(super) fn lobes<R: Real>(
+    m: &ClassicInputs<R>,
+    here: &ShadingContext<'_, R>,
+    at: &Interaction<R>,
+    normal: R::Vec3,
+) -> Bsdf<R> {
     let colour = m.colour.colour(here);
     let local = unit(m.local.number(here));
     let mut bsdf = Bsdf::new(normal);
@@ -40,7 +45,7 @@ pub(super) fn lobes<R: Real>(m: &ClassicInputs<R>, here: &Here<'_, R>, at: &Inte
 
 /// A matte surface as a physical one that reflects nothing: the same numbers as its one lobe.
 #[inline(always)]
-pub(super) fn matte<R: Real>(m: &ClassicInputs<R>, here: &Here<'_, R>) -> MetallicRoughness<R> {
+pub(super) fn matte<R: Real>(m: &ClassicInputs<R>, here: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
     let base = unit_colour::<R>(m.colour.colour(here) * (unit(m.local.number(here)) * m.diffuse.number(here)));
     MetallicRoughness { base, metallic: R::ZERO, roughness: R::ONE, dielectric: R::ZERO, grazing: R::ZERO, glass: None }
 }

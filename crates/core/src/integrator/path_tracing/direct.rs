@@ -3,7 +3,7 @@
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::super::shadow::Transmittance;
-use super::super::{General, Leg};
+use super::super::{General, PathSegment};
 use super::respond::LightResponse;
 use super::{PathState, PathTracer, weight};
 use crate::interaction::Interaction;
@@ -201,7 +201,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
         match &self.scene.materials[record.material as usize] {
             Material::Physical(m) if m.alpha != Alpha::Opaque => {
-                let at = Interaction::of::<General>(self.scene, &Leg::of(*ray), hit);
+                let at = Interaction::of::<General>(self.scene, &PathSegment::of(*ray), hit);
                 R::ONE - m.alpha_at(&self.scene.sources.at(&at))
             }
             _ => R::ZERO,

@@ -3,7 +3,7 @@
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
-use super::super::{General, Leg};
+use super::super::{General, PathSegment};
 use super::PathTracer;
 use crate::light::Target;
 use crate::sampler::{Address, Purpose, pair};
@@ -12,7 +12,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// Share of the studio's light that arrives where a camera ray that hit nothing comes to the ground: one direction is asked, drawn by
     /// what comes from there. One where there is no ground, or where it lies too far from everything.
     #[inline]
-    pub(super) fn light_on_ground(&mut self, leg: &Leg<R>, address: &Address) -> R {
+    pub(super) fn light_on_ground(&mut self, leg: &PathSegment<R>, address: &Address) -> R {
         let scene = self.scene;
         let Some(ground) = &scene.ground else { return R::ONE };
         let (ray, zero) = (&leg.ray, R::ZERO);

@@ -2,13 +2,13 @@
 
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::super::{General, Leg};
+use super::super::{General, PathSegment};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{Frame, Glass, Hero, LayeredBsdf, MetallicRoughness, ReadAt, index_at};
 use crate::prepare::{Boundary, Directions, InputStage, LayeredInputs, PhysicalInputs, Prepared, Thickness};
 use crate::sampler::{Address, Purpose, pair};
-use crate::texture::{Bump, Here, Input, Product};
+use crate::texture::{Bump, Input, Product, ShadingContext};
 
 impl<R: Real> PathTracer<'_, R> {
     /// Sends a path on from a layered surface; whether it goes on.
@@ -60,10 +60,10 @@ impl<R: Real> PathTracer<'_, R> {
 /// Reads the inputs of layers where a path met their surface.
 struct PointReader<'a, R: Real> {
     scene: &'a Prepared<R>,
-    leg: &'a Leg<R>,
+    leg: &'a PathSegment<R>,
     hit: &'a Hit<R>,
     at: &'a Interaction<R>,
-    here: Here<'a, R>,
+    here: ShadingContext<'a, R>,
     /// The normal of the lobes.
     normal: R::Vec3,
     /// Whether an image bends the surface's.

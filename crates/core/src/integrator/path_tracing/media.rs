@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Interval, Real, Vector};
 
-use super::super::{General, Leg};
+use super::super::{General, PathSegment};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::prepare::Material;
@@ -66,7 +66,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// The bodies that the camera is in: those that a ray leaves more often than it enters them, the innermost one first.
     pub(super) fn media_of_camera(&self) -> Media {
         let (scene, mut entered, mut around) = (self.scene, Media::default(), Media::default());
-        let mut leg = Leg::of(scene.camera.ray(R::ZERO, R::ZERO, [0.5; 2]));
+        let mut leg = PathSegment::of(scene.camera.ray(R::ZERO, R::ZERO, [0.5; 2]));
         if scene.camera.ahead() != R::ZERO {
             return around;
         }

@@ -11,7 +11,7 @@ use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::MetallicRoughness;
 use crate::prepare::{Boundary, ClassicInputs, Material};
-use crate::texture::Here;
+use crate::texture::ShadingContext;
 
 impl<R: Real> PathTracer<'_, R> {
     /// Whether bodies are told apart by priority.
@@ -47,7 +47,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Index of refraction of a body, for the path's wavelength where it bends them apart.
-    fn index_of(&self, path: &mut PathState<R>, body: Option<u32>, here: &Here<'_, R>) -> f64 {
+    fn index_of(&self, path: &mut PathState<R>, body: Option<u32>, here: &ShadingContext<'_, R>) -> f64 {
         match body.map(|material| &self.scene.materials[material as usize]) {
             Some(Material::Classic(m)) => match (&m.mixture, &m.transmission) {
                 (Some(mixture), _) => mixture.ior.unwrap_or(1.0),
@@ -66,7 +66,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// Index of a surface's inside over that of its outside, where either may be a body: of glass by what light is in on both sides, of
     /// all else over the body that it is in.
     #[inline(never)]
-    pub(super) fn relative_index(&self, path: &mut PathState<R>, at: &Interaction<R>, here: &Here<'_, R>) -> f64 {
+    pub(super) fn relative_index(&self, path: &mut PathState<R>, at: &Interaction<R>, here: &ShadingContext<'_, R>) -> f64 {
         if !self.bounds_glass(at.material) {
             let around = self.around(&path.media);
             return self.index_of(path, Some(at.material), here) / self.index_of(path, around, here);
@@ -82,7 +82,7 @@ impl<R: Real> PathTracer<'_, R> {
         &self,
         path: &mut PathState<R>,
         at: &Interaction<R>,
-        here: &Here<'_, R>,
+        here: &ShadingContext<'_, R>,
         model: &mut MetallicRoughness<R>,
     ) {
         let boundary = Boundary::<R>::new(self.relative_index(path, at, here));
@@ -98,7 +98,7 @@ impl<R: Real> PathTracer<'_, R> {
         &self,
         path: &mut PathState<R>,
         at: &Interaction<R>,
-        here: &Here<'_, R>,
+        here: &ShadingContext<'_, R>,
         m: &ClassicInputs<R>,
     ) -> ClassicInputs<R> {
         let mut own = *m;

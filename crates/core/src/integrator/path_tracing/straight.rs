@@ -5,7 +5,7 @@
 
 use raywright_bvh::{Hit, Interval, Real, Vector};
 
-use super::super::{General, Leg, MAX_CUTOUTS};
+use super::super::{General, MAX_CUTOUTS, PathSegment};
 use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::{Density, LightSample, Target};
@@ -35,7 +35,7 @@ impl<R: Real> PathTracer<'_, R> {
             let endless = varied.is_some() || matches!(light.target, Target::Infinity) && !sizeless;
             let range = if endless { Interval { max: R::INFINITY, ..range } } else { range };
             self.counters.shadow += 1;
-            let leg = Leg::of(ray.at_time(at.time));
+            let leg = PathSegment::of(ray.at_time(at.time));
             let Some(hit) = self.scene.geometry.closest(&leg.ray, range, &mut ()) else {
                 let left = if varied.is_some() { Vector::ZERO } else { share };
                 return left * self.passes_media(&media, from.distance_to(&light.target));
@@ -76,7 +76,14 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// What a surface lets straight through.
-    fn through_wall(&self, path: &PathState<R>, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, sizeless: bool) -> Through<R> {
+    fn through_wall(
+        &self,
+        path: &PathState<R>,
+        leg: &PathSegment<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        sizeless: bool,
+    ) -> Through<R> {
         let of = |share: R::Vec3| Through::<R> { share, counts: false };
         if sizeless && !self.scene.objects[at.object as usize].casts_shadow {
             return of(Vector::ONE);

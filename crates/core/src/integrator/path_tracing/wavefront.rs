@@ -7,7 +7,7 @@ use super::super::{CameraRays, FirstHits, General, PACKET, PathResult, PathResul
 use super::rough::{Bounce, RoughVertices};
 use super::{PathState, PathTracer, VertexSamples};
 use crate::interaction::Interaction;
-use crate::light::Seen;
+use crate::light::SkySample;
 use crate::sampler::{Purpose, Sequence, fours};
 
 /// Paths on their way together; kept by who has many, so that its lists are made once.
@@ -19,7 +19,7 @@ pub(super) struct Wavefront<R: Real> {
     /// What those hit, in their order.
     hits: Vec<Option<Hit<R>>>,
     /// What those that hit nothing see of the sky.
-    seen: Vec<Seen<R>>,
+    seen: Vec<SkySample<R>>,
     /// The surfaces that the others met, and room for more.
     met: Vec<Interaction<R>>,
     sequences: Vec<(Sequence, u32)>,

@@ -12,7 +12,7 @@ use crate::material::Glass;
 use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::sampler::Address;
 use crate::scene::SpecularModel;
-use crate::texture::Here;
+use crate::texture::ShadingContext;
 
 impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// Adds the local term of a classic surface to what the path brings, which then goes on with the rays that leave.
@@ -71,7 +71,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the
     /// expressions of reflection weights find them.
     #[inline(always)]
-    fn local(&mut self, m: &ClassicInputs<R>, here: &mut Here<'_, R>, colour: R::Vec3, address: Address) -> R::Vec3 {
+    fn local(&mut self, m: &ClassicInputs<R>, here: &mut ShadingContext<'_, R>, colour: R::Vec3, address: Address) -> R::Vec3 {
         let (scene, at) = (self.scene, here.at);
         let zero = R::ZERO;
         let n = at.normal;
@@ -125,7 +125,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     }
 
     /// Highlights that belong to the reflection: no shadow ray, as the documented preset's mirror has it.
-    fn highlights(&mut self, specular: &SpecularInputs<R>, here: &Here<'_, R>) -> R::Vec3 {
+    fn highlights(&mut self, specular: &SpecularInputs<R>, here: &ShadingContext<'_, R>) -> R::Vec3 {
         let mut sum = R::Vec3::ZERO;
         for light in self.scene.lights.delta.iter().filter(|l| l.specular) {
             let Some(seen) = light.sample(here.at.surface.point) else { continue };

@@ -3,14 +3,14 @@
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
-use super::super::Leg;
+use super::super::PathSegment;
 use crate::sampler::{Address, Branch};
 
 /// Where a path is: all that its next segment depends on, in numbers alone, so that paths can lie side by side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WhittedState<R: Real> {
     /// The ray to be traced.
-    pub leg: Leg<R>,
+    pub leg: PathSegment<R>,
     /// Share of what arrives along it that reaches the camera.
     pub throughput: R::Vec3,
     /// What the path has brought so far.

@@ -40,7 +40,7 @@ fn everything() -> Scene {
 }
 
 /// A path with the ones that wait for it.
-struct Way {
+struct PixelState {
     path: WhittedState<f32>,
     waiting: Vec<WhittedState<f32>>,
     ended: bool,
@@ -67,8 +67,8 @@ fn together_or_one_by_one() {
         })
         .collect();
     let alone = core::mem::take(&mut tracer.counters);
-    let start = |pixel| Way { path: begin(&mut tracer, pixel), waiting: Vec::new(), ended: false };
-    let mut ways: Vec<Way> = pixels().map(start).collect();
+    let start = |pixel| PixelState { path: begin(&mut tracer, pixel), waiting: Vec::new(), ended: false };
+    let mut ways: Vec<PixelState> = pixels().map(start).collect();
     let (mut turns, mut hits): (usize, Vec<Option<Hit<f32>>>) = (0, Vec::new());
     loop {
         let mut active: Vec<usize> = (0..ways.len()).filter(|&i| !ways[i].ended).collect();

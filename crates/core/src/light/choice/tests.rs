@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::hash::mix;
-use crate::light::sky::{Sky, SkyKind};
-use crate::light::{DeltaLight, EmitterList, Emitters, Glow};
+use crate::light::sky::{SkyKind, SkyRadiance};
+use crate::light::{DeltaLight, EmissionEstimate, EmitterList, Emitters};
 use crate::scene::{Colour, Falloff, Light as LightData, LightKind};
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
@@ -14,10 +14,15 @@ fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<f64> {
     let mut list = EmitterList::default();
     for (centre, radiance) in balls {
         list.next_object();
-        list.plain(AnyShape::Sphere(Sphere { centre, radius: 0.01 }), Glow::even(DVec3::splat(radiance)), Side::Outside, None);
+        list.plain(
+            AnyShape::Sphere(Sphere { centre, radius: 0.01 }),
+            EmissionEstimate::even(DVec3::splat(radiance)),
+            Side::Outside,
+            None,
+        );
     }
     let scene = Aabb { min: DVec3::splat(-9.0), max: DVec3::splat(9.0) };
-    let sky = Sky { kind: SkyKind::Constant(DVec3::splat(0.1)) };
+    let sky = SkyRadiance { kind: SkyKind::Constant(DVec3::splat(0.1)) };
     let mut lights = Lights::new(Vec::new(), Emitters::new(list), sky, &scene);
     lights.prepare_sky();
     lights.prepare_choice();
@@ -122,7 +127,8 @@ fn points_and_spots_shine_evenly() {
     // How often the first of them is asked from the origin, lit from everywhere.
     let share = |delta: Vec<DeltaLight<f64>>| {
         let scene = Aabb { min: DVec3::splat(-9.0), max: DVec3::splat(9.0) };
-        let mut lights = Lights::<f64>::new(delta, Emitters::new(EmitterList::default()), Sky { kind: SkyKind::None }, &scene);
+        let mut lights =
+            Lights::<f64>::new(delta, Emitters::new(EmitterList::default()), SkyRadiance { kind: SkyKind::None }, &scene);
         lights.prepare_choice();
         let first = (0..1000).filter(|i| {
             let drawn = lights.choice().draw::<f64>(DVec3::ZERO, DVec3::ZERO, [*i as f32 / 1000.0, 0.0]);

@@ -88,7 +88,7 @@ impl<R: Real> Emitter<R> {
 
 /// What an emitter gives off.
 #[derive(Clone, Copy, Debug)]
-pub struct Glow<R: Real> {
+pub struct EmissionEstimate<R: Real> {
     /// Radiance; the mean of it where it varies, by which it is asked as often as it is worth.
     pub radiance: R::Vec3,
     /// Whether it varies.
@@ -97,7 +97,7 @@ pub struct Glow<R: Real> {
     pub passable: bool,
 }
 
-impl<R: Real> Glow<R> {
+impl<R: Real> EmissionEstimate<R> {
     /// The same radiance everywhere.
     pub fn even(radiance: R::Vec3) -> Self {
         Self { radiance, varies: false, passable: false }
@@ -146,8 +146,8 @@ impl<R: Real> EmitterList<R> {
     }
 
     /// Adds a shape, or the next triangle of a mesh. `area`: where the caller knows it.
-    pub fn plain(&mut self, shape: AnyShape<R>, glow: Glow<R>, side: Side, area: Option<f64>) -> f64 {
-        let Glow { radiance, varies, passable } = glow;
+    pub fn plain(&mut self, shape: AnyShape<R>, glow: EmissionEstimate<R>, side: Side, area: Option<f64>) -> f64 {
+        let EmissionEstimate { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(shape.area()));
         let plane = EmitterPlane::of(&shape);
         self.emitters.push(Emitter {
@@ -166,7 +166,7 @@ impl<R: Real> EmitterList<R> {
     /// Adds the next triangle of a mesh whose emission varies, from what it gives off in the middles of cells of the square that is folded onto
     /// it, row by row, so many each way.
     pub fn varied(&mut self, triangle: Triangle<R>, found: &[R::Vec3], passable: bool, side: Side, across: usize) {
-        self.plain(AnyShape::Triangle(triangle), Glow::varied(found, passable), side, None);
+        self.plain(AnyShape::Triangle(triangle), EmissionEstimate::varied(found, passable), side, None);
         let brightness = |radiance: &R::Vec3| radiance.to_f64().element_sum();
         let cells = self.cells.push(across, &found.iter().map(brightness).collect::<Vec<_>>());
         if let Some(emitter) = self.emitters.last_mut() {
@@ -175,8 +175,8 @@ impl<R: Real> EmitterList<R> {
     }
 
     /// Adds a shape under a map.
-    pub fn placed(&mut self, placed: TransformedShape<R>, glow: Glow<R>, side: Side, area: Option<f64>) -> f64 {
-        let Glow { radiance, varies, passable } = glow;
+    pub fn placed(&mut self, placed: TransformedShape<R>, glow: EmissionEstimate<R>, side: Side, area: Option<f64>) -> f64 {
+        let EmissionEstimate { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(placed.area()));
         let form = EmitterShape::Placed(self.placed.len() as u32);
         self.placed.push(placed);

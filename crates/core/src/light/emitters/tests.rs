@@ -9,7 +9,7 @@ fn lights(powers: &[f64]) -> Emitters<f32> {
     let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
     let mut list = EmitterList::default();
     for &power in powers {
-        list.plain(ball.into(), Glow::even(Vec3::new(power as f32, 0.0, 0.0)), Side::Outside, Some(1.0));
+        list.plain(ball.into(), EmissionEstimate::even(Vec3::new(power as f32, 0.0, 0.0)), Side::Outside, Some(1.0));
     }
     Emitters::new(list)
 }
@@ -64,7 +64,7 @@ fn each_side_shines_or_does_not() {
     let quad: AnyShape<f32> = Quad::new(DVec3::new(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0).into();
     for (side, shines) in [(Side::Outside, [true, false]), (Side::Inside, [false, true]), (Side::Both, [true, true])] {
         let mut list = EmitterList::<f32>::default();
-        list.plain(quad, Glow::even(Vec3::X), side, None);
+        list.plain(quad, EmissionEstimate::even(Vec3::X), side, None);
         let lamp = Emitters::new(list);
         let sides = f64::from(u8::from(shines[0]) + u8::from(shines[1]));
         assert!((lamp.power(0) - sides * PI * 4.0).abs() < 1e-9, "{side:?}: {}", lamp.power(0));

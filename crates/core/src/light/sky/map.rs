@@ -5,7 +5,7 @@ use std::sync::Arc;
 use raywright_bvh::shapes::equirectangular;
 use raywright_bvh::{Loops, Real, Vector, widest};
 
-use super::Seen;
+use super::SkySample;
 use crate::scene::{ImageData, Pixels};
 use crate::texture::decoded;
 
@@ -89,7 +89,7 @@ impl<R: Real> Map<R> {
     }
 
     /// What it holds along many directions, one after the other.
-    pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<Seen<R>>) {
+    pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
         let mut directions = directions.fuse();
         loop {
             // What is looked along where no direction is left does not matter.
@@ -103,7 +103,7 @@ impl<R: Real> Map<R> {
                 return;
             }
             let [u, v, r, g, b] = widest(Look { map: self, directions: &these });
-            out.extend((0..count).map(|i| Seen { place: [u[i], v[i]], radiance: R::Vec3::new(r[i], g[i], b[i]) }));
+            out.extend((0..count).map(|i| SkySample { place: [u[i], v[i]], radiance: R::Vec3::new(r[i], g[i], b[i]) }));
         }
     }
 

@@ -76,7 +76,7 @@ fn strength_is_part_of_the_power() {
     for pixels in [Pixels::Linear(vec![[0.5, 1.0, 2.0, 1.0]; 8]), Pixels::Codes(vec![[20, 120, 250, 255]; 8])] {
         let image = Arc::new(ImageData { width: 4, height: 2, pixels });
         let power = |strength: f64| {
-            let sky = Sky { kind: SkyKind::Map(Map::new(Arc::clone(&image), 0.0, strength)) };
+            let sky = SkyRadiance { kind: SkyKind::Map(Map::new(Arc::clone(&image), 0.0, strength)) };
             let seen = sky.radiance(DVec3::ZERO, DVec3::X);
             let sampler = crate::light::SkySampler::new(&sky).expect("it shines");
             // The same from everywhere, so the power is the radiance over the sphere.
@@ -139,7 +139,7 @@ fn many_looks_show_what_one_shows() {
     assert!(!map(0.25, 0.0).packed.is_empty() && map(0.1, 0.0).packed.is_empty());
     let skies = [SkyKind::None, SkyKind::Constant(Vec3::splat(0.3)), SkyKind::Map(map(0.25, 0.0)), SkyKind::Map(map(0.1, 0.7))];
     for kind in skies {
-        let sky = Sky::<f32> { kind };
+        let sky = SkyRadiance::<f32> { kind };
         for count in [0, 1, 15, 16, 17, 333] {
             let direction = |i: usize| {
                 let [turn, height] = [0.731 * i as f64, libm::cos(1.1 * i as f64)];

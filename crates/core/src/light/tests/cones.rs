@@ -54,7 +54,7 @@ fn within_a_ball_points_are_drawn_by_area() {
     assert!([DVec3::ZERO, DVec3::X, DVec3::Y * 0.5].iter().all(|&d| DirectionCone::new(centre, 1.0, centre + d).is_none()));
     assert!(DirectionCone::new(centre, 1.0, DVec3::NAN).is_none());
     let mut list = EmitterList::<f64>::default();
-    list.plain(Sphere { centre, radius: 1.0 }.into(), Glow::even(DVec3::ONE), Side::Inside, None);
+    list.plain(Sphere { centre, radius: 1.0 }.into(), EmissionEstimate::even(DVec3::ONE), Side::Inside, None);
     let lights = alone(list, Strategy::SolidAngle);
     let (mut sum, mut squares, count) = (0.0, 0.0, 40_000_u32);
     for i in 0..count {

@@ -65,7 +65,7 @@ fn surfaces_send_what_the_closed_forms_say() {
 /// picture a sum over directions.
 #[test]
 fn skies_send_what_the_closed_forms_say() {
-    let direct = |sky: &Sky<f64>, n: DVec3| {
+    let direct = |sky: &SkyRadiance<f64>, n: DVec3| {
         const STEPS: u32 = 720;
         let cell = 2.0 * TAU / f64::from(STEPS * STEPS);
         let at = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
@@ -76,11 +76,11 @@ fn skies_send_what_the_closed_forms_say() {
         });
         seen.sum::<f64>() * cell
     };
-    let sun = Sky {
+    let sun = SkyRadiance {
         kind: sky::SkyKind::Gradient {
             bottom: DVec3::ZERO,
             top: DVec3::ZERO,
-            suns: vec![sky::Sun { direction: DVec3::X, colour: DVec3::ONE, exponent: 65_536 }],
+            suns: vec![sky::SunLobe { direction: DVec3::X, colour: DVec3::ONE, exponent: 65_536 }],
         },
     };
     arrives("sun", &under::<f64>(sun), LightId::Sky, DVec3::ZERO, DVec3::X, TAU / 65_538.0);
@@ -99,7 +99,7 @@ fn skies_send_what_the_closed_forms_say() {
 /// Protects: a sky that nobody asked to draw costs nothing and is never drawn; a black one has no way to be.
 #[test]
 fn an_unasked_sky_is_not_built() {
-    let sky = |kind| Sky::<f64> { kind };
+    let sky = |kind| SkyRadiance::<f64> { kind };
     let white = sky(sky::SkyKind::Constant(DVec3::ONE));
     let lights = Lights::<f64>::new(Vec::new(), Emitters::new(EmitterList::default()), white, &Aabb::EMPTY);
     assert!(lights.ids().next().is_none() && lights.sky_sampler.is_none());

@@ -53,7 +53,7 @@ fn halves(above: f32, below: f32) -> Lights<f64> {
     let (width, height) = (32, 16);
     let pixels = (0..width * height).map(|i| [if i < width * height / 2 { above } else { below }; 4]).collect();
     let image = std::sync::Arc::new(ImageData { width, height, pixels: Pixels::Linear(pixels) });
-    let mut lights = under(Sky { kind: sky::SkyKind::Map(sky::Map::new(image, 0.0, 1.0)) });
+    let mut lights = under(SkyRadiance { kind: sky::SkyKind::Map(sky::Map::new(image, 0.0, 1.0)) });
     lights.draw_excess_of_sky();
     lights
 }

@@ -52,8 +52,8 @@ fn bodies_keep_their_light_within() {
 /// What may be made of a surface besides its roughness.
 type Variant = (&'static str, fn(Layered<f64>) -> Layered<f64>);
 
-fn combed(strength: f64) -> Option<Combed<f64>> {
-    Some(Combed { strength, frame: Frame::along(NORMAL, DVec3::new(0.3, 0.9, -0.2), false) })
+fn combed(strength: f64) -> Option<Anisotropy<f64>> {
+    Some(Anisotropy { strength, frame: Frame::along(NORMAL, DVec3::new(0.3, 0.9, -0.2), false) })
 }
 
 fn coat(roughness: f64) -> Option<Coat<f64>> {

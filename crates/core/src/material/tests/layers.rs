@@ -27,7 +27,7 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
     let metal = |roughness: f64| Layered::of(MetallicRoughness { metallic: 1.0, ..matte(WHITE, roughness) }, 1.5);
     let coat = |roughness: f64| Some(Coat { weight: 1.0, roughness, normal: NORMAL });
     let sheen = |roughness: f64| Some(Sheen { colour: WHITE, roughness });
-    let combed = |strength: f64| Some(Combed { strength, frame: askew() });
+    let combed = |strength: f64| Some(Anisotropy { strength, frame: askew() });
     let film = Some(Film { share: 1.0, ior: 1.8, thickness: 420.0 });
     let diffused = Some(Diffused { share: 0.4, colour: DVec3::new(0.9, 1.0, 0.2) });
     let bent = Coat { weight: 0.7, roughness: 0.3, normal: towards(NORMAL, 0.93, 2.0) };
@@ -129,7 +129,7 @@ fn layers_make_no_light() {
         let wall = Layered { thin: true, ..clear(0.0, 1.5) };
         let metal = Layered::of(MetallicRoughness { metallic: 1.0, ..matte(WHITE, 0.0) }, 1.5);
         let coated = Layered { coat: Some(Coat { weight: 1.0, roughness: 0.0, normal: NORMAL }), ..metal };
-        let combed = Layered { combed: Some(Combed { strength: 0.3, frame: askew() }), ..metal };
+        let combed = Layered { combed: Some(Anisotropy { strength: 0.3, frame: askew() }), ..metal };
         let filmed = Layered { film: Some(Film { share: 1.0, ior: 1.4, thickness: 400.0 }), ..clear(0.0, 1.5) };
         for (name, model) in [("wall", wall), ("coated mirror", coated), ("film on glass", filmed), ("combed", combed)] {
             let (sent, deviation) = furnace(&model.transport(NORMAL, wo, true), wo);
@@ -184,7 +184,7 @@ fn factors_of_zero_are_absent() {
             Layered { coat: Some(Coat { weight: 0.0, roughness: 0.3, normal: NORMAL }), ..plain },
             Layered { sheen: Some(Sheen { colour: DVec3::ZERO, roughness: 0.3 }), ..plain },
             Layered { film: Some(Film { share: 0.0, ior: 1.8, thickness: 400.0 }), ..plain },
-            Layered { combed: Some(Combed { strength: 0.0, frame: Frame::about(NORMAL) }), ..plain },
+            Layered { combed: Some(Anisotropy { strength: 0.0, frame: Frame::about(NORMAL) }), ..plain },
             Layered { diffused: Some(Diffused { share: 0.0, colour: WHITE }), ..plain },
         ];
         let common = base.transport(NORMAL, wo, true, true);
@@ -272,7 +272,7 @@ fn conductors_reflect_by_complex_indices() {
 fn combed_facets_are_wider_one_way() {
     let frame = askew();
     let metal = MetallicRoughness { metallic: 1.0, ..matte(WHITE, 0.3) };
-    let model = Layered { combed: Some(Combed { strength: 0.8, frame }), compensated: false, ..Layered::of(metal, 1.5) };
+    let model = Layered { combed: Some(Anisotropy { strength: 0.8, frame }), compensated: false, ..Layered::of(metal, 1.5) };
     let [ax, ay] = [0.09 + 0.91 * 0.64, 0.09];
     let bsdf = model.transport(NORMAL, NORMAL, true);
     for (along, own) in [(frame.tangent, ax), (frame.bitangent, ay)] {
@@ -341,7 +341,7 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
         diffused: model
             .diffused
             .map(|d| Diffused { share: number(&|lane| d.share * place(lane)[1]), colour: vector(&|_| d.colour) }),
-        combed: model.combed.map(|c| Combed { strength: number(&|lane| c.strength * place(lane)[2]), frame: across }),
+        combed: model.combed.map(|c| Anisotropy { strength: number(&|lane| c.strength * place(lane)[2]), frame: across }),
         film: model.film.map(|f| Film {
             share: number(&|lane| f.share * place(lane)[2]),
             ior: N::exact(|_| f.ior),

@@ -3,8 +3,8 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::Planes;
-use super::filters::Plane;
+use super::OpponentImage;
+use super::filters::ScalarImage;
 use crate::display::{NAN_MARKER, curve};
 use crate::picture::Picture;
 use crate::scene::TransferCurve;
@@ -22,7 +22,7 @@ fn white() -> DVec3 {
 }
 
 /// Y, Cx and Cz of every pixel (3.1): like L*, a*, b* but linear in light, so that a filter may average.
-pub(super) fn srgb_to_ycxcz(picture: &Picture) -> Planes {
+pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
     let white = white();
     let convert = |rgb: &[f32; 3]| {
         let shown = if rgb.iter().any(|x| x.is_nan()) { NAN_MARKER } else { *rgb };
@@ -31,12 +31,12 @@ pub(super) fn srgb_to_ycxcz(picture: &Picture) -> Planes {
         [116.0 * xyz.y - 16.0, 500.0 * (xyz.x - xyz.y), 200.0 * (xyz.y - xyz.z)].map(|x| x as f32)
     };
     let pixels: Vec<[f32; 3]> = picture.rgb.par_iter().map(convert).collect();
-    [0, 1, 2].map(|c| Plane { width: picture.width as usize, values: pixels.iter().map(|pixel| pixel[c]).collect() })
+    [0, 1, 2].map(|c| ScalarImage { width: picture.width as usize, values: pixels.iter().map(|pixel| pixel[c]).collect() })
 }
 
 /// L*, a*, b* of every pixel of filtered planes (4.1.2): clipped to the gamut, a* and b* weighted by lightness for the
 /// Hunt effect, that colours look stronger where it is brighter.
-pub(super) fn hunt_lab(planes: &Planes) -> Vec<[f32; 3]> {
+pub(super) fn hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
     let (white, to_rgb) = (white(), RGB_TO_XYZ.inverse());
     let convert = |((y, cx), cz): ((&f32, &f32), &f32)| {
         let y = (f64::from(*y) + 16.0) / 116.0;

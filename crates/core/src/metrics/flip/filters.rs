@@ -5,16 +5,16 @@ use core::f64::consts::PI;
 use rayon::prelude::*;
 use raywright_bvh::scalar::Real;
 
-use super::Planes;
+use super::OpponentImage;
 
 /// One number a pixel, row after row.
 #[derive(Clone, Debug)]
-pub(super) struct Plane {
+pub(super) struct ScalarImage {
     pub(super) width: usize,
     pub(super) values: Vec<f32>,
 }
 
-impl Plane {
+impl ScalarImage {
     /// Correlated with a kernel of odd length along rows; beyond the border its nearest pixel continues.
     fn along_rows(&self, kernel: &[f32]) -> Self {
         let radius = kernel.len() / 2;
@@ -76,7 +76,7 @@ impl Spatial {
         Self { channels: SENSITIVITY.map(|gaussians| kernels(gaussians, radius, pixels_per_degree)) }
     }
 
-    pub(super) fn filter(&self, planes: &Planes) -> Planes {
+    pub(super) fn filter(&self, planes: &OpponentImage) -> OpponentImage {
         [0, 1, 2].map(|c| {
             let filtered = self.channels[c].iter().map(|(row, column)| planes[c].along_rows(row).along_columns(column));
             filtered.reduce(|sum, part| sum.plus(&part)).unwrap_or_else(|| planes[c].clone())
@@ -104,7 +104,7 @@ fn taps(radius: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
 }
 
 /// How strongly edges and points differ at each pixel, 0 to 1 (4.2), from the achromatic planes.
-pub(super) fn feature_differences(picture: &Plane, reference: &Plane, pixels_per_degree: f64) -> Vec<f32> {
+pub(super) fn feature_differences(picture: &ScalarImage, reference: &ScalarImage, pixels_per_degree: f64) -> Vec<f32> {
     /// Width in degrees of the edges that the eye detects best.
     const WIDTH: f64 = 0.082;
     /// Exponent that makes small feature differences count.
@@ -137,10 +137,10 @@ impl Detectors {
     }
 
     /// Strength of edges and of points at each pixel, whatever their direction.
-    fn magnitudes(&self, plane: &Plane) -> Vec<[f32; 2]> {
+    fn magnitudes(&self, plane: &ScalarImage) -> Vec<[f32; 2]> {
         // Lightness 0..100 to 0..1, as the detectors are calibrated for.
         let values = plane.values.iter().map(|y| (y + 16.0) / 116.0).collect();
-        let plane = Plane { width: plane.width, values };
+        let plane = ScalarImage { width: plane.width, values };
         let smooth = plane.along_rows(&self.smooth);
         let both = |kernel: &[f32]| (plane.along_rows(kernel).along_columns(&self.smooth), smooth.along_columns(kernel));
         let (edge, point) = (both(&self.edge), both(&self.point));

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use raywright_bvh::scalar::Real;
 
 use self::colour::{hunt_lab, hyab, srgb_to_ycxcz};
-use self::filters::{Plane, Spatial, feature_differences};
+use self::filters::{ScalarImage, Spatial, feature_differences};
 use super::{MetricsError, check};
 use crate::picture::Picture;
 
@@ -73,7 +73,7 @@ impl Redistribution {
 }
 
 /// Three planes of one size.
-type Planes = [Plane; 3];
+type OpponentImage = [ScalarImage; 3];
 
 #[cfg(test)]
 mod tests;

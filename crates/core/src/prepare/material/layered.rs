@@ -6,7 +6,7 @@ use super::super::error::PrepareError;
 use super::super::inputs::Compiler;
 use super::prepared;
 use crate::effects::EffectSet;
-use crate::material::{Coat, Combed, Diffused, Film, FresnelRule, LayerStage, Layered, Sheen};
+use crate::material::{Anisotropy, Coat, Diffused, Film, FresnelRule, LayerStage, Layered, Sheen};
 use crate::scene::{Channel, Model, Physical as PhysicalData, Scene};
 use crate::texture::{Bump, Input, Product};
 
@@ -108,7 +108,7 @@ pub(super) fn layered<R: Real>(
         let image = inputs.image(&layer.texture, "anisotropy.texture")?;
         let strength = inputs.product(&layer.strength, image.map(|image| image.channel(Channel::Blue)), "anisotropy.strength")?;
         let angle = layer.rotation.to_radians();
-        Ok(Combed { strength, frame: Directions { turn: [libm::cos(angle), libm::sin(angle)].map(R::from_f64), image } })
+        Ok(Anisotropy { strength, frame: Directions { turn: [libm::cos(angle), libm::sin(angle)].map(R::from_f64), image } })
     })?;
     let film = prepared(m.film(), |layer| {
         Ok(Film {

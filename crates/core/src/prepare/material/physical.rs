@@ -18,7 +18,7 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub roughness: Product<R>,
     pub index: Index<R>,
     /// What lets light through; none: nothing.
-    pub passage: Option<Passage<R>>,
+    pub passage: Option<TransmissionInputs<R>>,
     /// What the inside absorbs per metre; none where nothing.
     pub absorption: Option<R::Vec3>,
     /// Radiance given off; none: nothing.
@@ -66,7 +66,7 @@ impl<R: Real> Boundary<R> {
 
 /// How a physical material lets light through.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Passage<R: Real> {
+pub(crate) struct TransmissionInputs<R: Real> {
     pub share: Product<R>,
     /// A thin tint stands for what the base colour takes away on the way through.
     pub tint: R::Vec3,
@@ -74,7 +74,7 @@ pub(crate) struct Passage<R: Real> {
     pub even: Option<R>,
 }
 
-impl<R: Real> Passage<R> {
+impl<R: Real> TransmissionInputs<R> {
     /// Share of a light that passes where this is the share of the surface that lets light through.
     pub fn of_light(&self, share: R) -> R {
         (self.tint * share).dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))
@@ -126,8 +126,8 @@ pub(super) fn physical<R: Real>(
     };
     let passage = if m.may_transmit() {
         let share = inputs.factor(&m.transmission, &m.transmission_texture, "transmission")?;
-        let passage = Passage { share, tint: base.constant().unwrap_or(R::Vec3::ONE), even: None };
-        Some(Passage { even: share.even().map(|share| passage.of_light(share.x())), ..passage })
+        let passage = TransmissionInputs { share, tint: base.constant().unwrap_or(R::Vec3::ONE), even: None };
+        Some(TransmissionInputs { even: share.even().map(|share| passage.of_light(share.x())), ..passage })
     } else {
         None
     };

@@ -1,6 +1,6 @@
 //! Figures in their cells: a report made by hand, and what its tables and its CSV say of each number.
 
-use raywright_core::accuracy::{Answer, Base, Candidate, EffectCost, EffectCosts, Errors, Paid, Reference};
+use raywright_core::accuracy::{Answer, Base, Candidate, EffectCost, EffectCosts, Errors, Reference, RungCost};
 use raywright_core::bench::Spread;
 
 use super::super::csv::csv;
@@ -36,9 +36,9 @@ pub fn report() -> Report {
         rung_report("plain", true, Some(lost), None),
         rung_report("exact", false, None, None),
     ];
-    let paid = Paid { preparing: spread(0.5), seconds: spread(2.0), ratio: spread(1.25), geometry: 3 << 20, same_bits: true };
-    let price = |name: &str, paid: Option<Paid>| Price { rung: name.to_owned(), about: "", in_use: name == "tree", paid };
-    let torn = Paid { same_bits: false, ..paid.clone() };
+    let paid = RungCost { preparing: spread(0.5), seconds: spread(2.0), ratio: spread(1.25), geometry: 3 << 20, same_bits: true };
+    let price = |name: &str, paid: Option<RungCost>| Price { rung: name.to_owned(), about: "", in_use: name == "tree", paid };
+    let torn = RungCost { same_bits: false, ..paid.clone() };
     let output = |rung, bytes_per_pixel, seconds| OutputReport {
         rung,
         about: "",

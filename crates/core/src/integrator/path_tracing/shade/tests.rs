@@ -8,7 +8,7 @@ use raywright_bvh::{Interval, Surface};
 use super::super::media::Media;
 use super::super::{PathState, PreviousVertex, VertexSamples};
 use super::*;
-use crate::integrator::Leg;
+use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
 use crate::light::{Density, LightSample, Target};
 use crate::material::MetallicRoughness;
@@ -30,7 +30,7 @@ fn met(point: Vec3, normal: Vec3) -> Interaction<f32> {
 fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
     let address = Address::default();
     PathState {
-        leg: Leg::of(Ray::new(Vec3::Y, -Vec3::Y)),
+        leg: PathSegment::of(Ray::new(Vec3::Y, -Vec3::Y)),
         throughput,
         radiance: Vec3::ZERO,
         address,

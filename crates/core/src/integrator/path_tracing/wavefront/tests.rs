@@ -200,7 +200,7 @@ fn asking_ahead_changes_no_texel() {
     let prepared = prepared(&scene);
     let mut leaves = 0;
     for ray in rays(&prepared) {
-        let leg = super::super::super::Leg::of(ray);
+        let leg = super::super::super::PathSegment::of(ray);
         let Some(hit) = prepared.geometry.closest(&ray, raywright_bvh::Interval::positive(), &mut ()) else { continue };
         let at = Interaction::smooth::<General>(&prepared, &leg, &hit);
         let Material::Physical(m) = &prepared.materials[at.material as usize] else { continue };

@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use super::estimate::{Apart, Truth};
 use super::answer::Comparison;
+use super::estimate::{PairedDifference, Truth};
 use super::frontier::Point;
-use super::renderer::{Renderer, Take, Unfinished};
-use super::report::{Measured, Paid};
+use super::renderer::{Renderer, TimedRender, Unfinished};
+use super::report::{Measured, RungCost};
 use super::setting::Setting;
 use crate::bench::Spread;
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};
@@ -26,18 +26,18 @@ pub(super) struct Reference {
     pub shown: Picture,
 }
 
-pub(super) struct Shots<'a> {
+pub(super) struct Measurements<'a> {
     pub studio: &'a Renderer<'a>,
     pub truth: &'a Reference,
-    taken: Vec<(Setting, Vec<(u64, Take)>)>,
+    taken: Vec<(Setting, Vec<(u64, TimedRender)>)>,
 }
 
-impl<'a> Shots<'a> {
+impl<'a> Measurements<'a> {
     pub fn new(studio: &'a Renderer<'a>, truth: &'a Reference) -> Self {
         Self { studio, truth, taken: Vec::new() }
     }
 
-    fn of(&self, setting: &Setting) -> &[(u64, Take)] {
+    fn of(&self, setting: &Setting) -> &[(u64, TimedRender)] {
         self.taken.iter().find(|(known, _)| known == setting).map_or(&[], |(_, takes)| takes)
     }
 
@@ -98,7 +98,7 @@ impl<'a> Shots<'a> {
     }
 
     /// What a choice alone changes: the difference to another setting in the rounds that both have.
-    pub fn paired(&self, setting: &Setting, other: &Setting) -> Option<Apart> {
+    pub fn paired(&self, setting: &Setting, other: &Setting) -> Option<PairedDifference> {
         let (ours, theirs) = (self.of(setting), self.of(other));
         let pairs: Vec<(&Picture, &Picture)> = ours
             .iter()
@@ -131,7 +131,7 @@ impl<'a> Shots<'a> {
 
     /// Time and memory of a setting that gives the same picture as another one, beside that in the same rounds; none where it takes too
     /// long.
-    pub fn paid(&self, setting: &Setting, beside: &Setting, end: Instant) -> Result<Option<Paid>, PrepareError> {
+    pub fn paid(&self, setting: &Setting, beside: &Setting, end: Instant) -> Result<Option<RungCost>, PrepareError> {
         let (mut preparing, mut seconds, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
         let (mut geometry, mut same_bits) = (0, true);
         for round in 0..PRICE_ROUNDS {
@@ -147,11 +147,11 @@ impl<'a> Shots<'a> {
         }
         let [preparing, seconds, ratio] = [preparing, seconds, ratios].map(|list| (!list.is_empty()).then(|| Spread::of(&list)));
         let paid = preparing.zip(seconds).zip(ratio);
-        Ok(paid.map(|((preparing, seconds), ratio)| Paid { preparing, seconds, ratio, geometry, same_bits }))
+        Ok(paid.map(|((preparing, seconds), ratio)| RungCost { preparing, seconds, ratio, geometry, same_bits }))
     }
 }
 
-fn finished(take: Result<Take, Unfinished>) -> Result<Option<Take>, PrepareError> {
+fn finished(take: Result<TimedRender, Unfinished>) -> Result<Option<TimedRender>, PrepareError> {
     match take {
         Ok(take) => Ok(Some(take)),
         Err(Unfinished::Late) => Ok(None),
