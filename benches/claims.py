@@ -34,9 +34,11 @@ def cell(a, scene, size, samples):
             subprocess.run(base + ['--spp', str(samples), '--seed', str(seed), '--denoise', '--checkpoint', part, '-o', scratch], check=True)
             part.rename(film)
         run = subprocess.run([a.program, 'denoise', film, '-v', '-o', scratch], capture_output=True, text=True, check=True)
-        claimed = re.search(r'denoised \(biased\): root relMSE ([\d.e-]+) \(([\d.e-]+) to ([\d.e-]+)\), RMSE \S+ \([^)]*\);', run.stderr + run.stdout)
+        number, told = r'[\d.e-]+', r'(?:at most [\d.e-]+|[\d.e-]+ \([^)]*\))'
         # A claim with a reservation counts as none.
-        claims.append([float(x) for x in claimed.groups()] if claimed else [np.nan] * 3)
+        claimed = re.search(rf'denoised \(biased\): root relMSE ({told}), RMSE {told};', run.stderr + run.stdout)
+        figures = [float(x) for x in re.findall(number, claimed.group(1))] if claimed else [np.nan] * 3
+        claims.append(figures if len(figures) == 3 else [0, 0, *figures])
         before.append(relative(channels(scratch, 'RGB'))); after.append(max(relative(channels(scratch, 'denoised')), 0))
     error, claims = np.sqrt(after), np.array(claims)
     known = ~np.isnan(claims[:, 0])

@@ -216,6 +216,9 @@ fn told(of: &Uncertainty) -> String {
 }
 
 fn with_interval(of: Estimate) -> String {
+    if of.value == 0.0 && of.high > 0.0 {
+        return format!("at most {}", significant(of.high, 3));
+    }
     format!("{} ({} to {})", significant(of.value, 3), significant(of.low, 3), significant(of.high, 3))
 }
 
