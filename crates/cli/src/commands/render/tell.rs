@@ -278,3 +278,17 @@ pub(super) fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> 
     ];
     lay_out(&rows.map(|(name, text)| [name.to_owned(), text]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: a squared error that was estimated below zero is no error of nothing: its upper bound is what is known.
+    #[test]
+    fn an_error_of_nothing_is_a_bound() {
+        let of = |value: f64, low: f64, high: f64| with_interval(Estimate { value, low, high, carriers: 100.0 });
+        assert_eq!(of(0.05, 0.01, 0.0712), "0.05 (0.01 to 0.0712)");
+        assert_eq!(of(0.0, 0.0, 0.0712), "at most 0.0712");
+        assert_eq!(of(0.0, 0.0, 0.0), "0 (0 to 0)");
+    }
+}
