@@ -68,6 +68,26 @@ fn denoised_pictures_have_a_claim_of_their_own() {
     assert!(fewer <= plain, "{fewer} with denoising, {plain} without");
 }
 
+/// Protects: a crop is denoised as the picture that it is, and what nothing covers stays transparent and black, with numbers throughout.
+#[test]
+fn crops_and_transparent_pictures_are_denoised() {
+    let desk = desk();
+    desk.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    let words = "render a.obj --ground none --background transparent --size 40x30 --spp 16 --denoise -o a.exr -o a.png";
+    desk.run(&words.split(' ').collect::<Vec<_>>()).exits_with(0).says_like("denoised (biased)");
+    render(&desk, "--spp 16 --denoise --crop 20,10,33,21 -o crop.exr").exits_with(0).says_like("(70x50 cropped to 33x21");
+    for (name, pixels) in [("a.exr", 40 * 30), ("crop.exr", 33 * 21)] {
+        let layers: Vec<_> = desk.picture(name).layers.into_iter().filter(|layer| layer.name.starts_with("denoised")).collect();
+        assert!(
+            layers.iter().all(|layer| layer.samples.len() == pixels && layer.samples.iter().all(|x| x.is_finite())),
+            "{name}"
+        );
+        assert_eq!(layers.len(), 6, "{name}");
+    }
+    let shown = image::open(desk.path("a.png")).expect("a picture").into_rgba8();
+    assert_eq!((shown.get_pixel(0, 0).0, shown.get_pixel(20, 15).0[3]), ([0; 4], 255));
+}
+
 /// Protects: where there is no denoised picture it is said why, before anything is rendered where that can be; a first look is one in any
 /// case.
 #[test]

@@ -56,6 +56,17 @@ fn several_pictures_are_those_of_single_runs() {
     }
 }
 
+/// Protects: the one line of several pictures tells the largest of their errors, whichever comes first: from below a tetrahedron has 0.012, and
+/// 0.031 from one side.
+#[test]
+fn several_pictures_tell_their_largest_error() {
+    let desk = desk();
+    for views in ["bottom,iso", "iso,bottom"] {
+        let words = ["render", "a.obj", "--size", "24x16", "--spp", "64", "--views", views, "-o", "v%d.png"];
+        desk.run(&words).exits_with(0).says_like("(2 pictures, 24x16, 64 samples, errors up to 0.031, ");
+    }
+}
+
 /// Protects: each of several files becomes a picture of its own, with the bits of a run of its own, by its own name, of which there may be two;
 /// `render` may be left out, and there is one line for all of them.
 #[test]
