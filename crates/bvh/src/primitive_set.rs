@@ -210,9 +210,7 @@ impl<R: Real> PrimitiveSet<R> {
     /// Shows a part under an affine map, as one object, and returns its id. How it takes part in any-hit queries is told by
     /// the instance, whatever the objects in the part say; which sides can be hit, by those.
     pub fn instance(&mut self, part: u32, to_world: DAffine3, visibility: Visibility) -> Result<u32, GeometryError> {
-        let shown = self.parts.get(part as usize).ok_or(GeometryError::NoPart)?;
-        self.instances.push(Instance::new(part, shown.bounds(), to_world)?);
-        self.single(Kind::Instance, visibility, self.instances.len() - 1)
+        self.moving(part, [to_world; 2], visibility)
     }
 
     /// Shows a part under a map that runs from the first, where a ray's time is 0, to the second, where it is 1, each entry of
@@ -224,12 +222,14 @@ impl<R: Real> PrimitiveSet<R> {
     /// [`GeometryError::SingularOnTheWay`] where the map can't be inverted, or can't be told from one that can't, at any time
     /// from 0 to 1, as halfway through half a turn.
     pub fn moving(&mut self, part: u32, to_world: [DAffine3; 2], visibility: Visibility) -> Result<u32, GeometryError> {
-        if to_world[0] == to_world[1] {
-            return self.instance(part, to_world[0], visibility);
-        }
-        let shown = self.parts.get(part as usize).ok_or(GeometryError::NoPart)?;
-        let instance = Instance::moving(part, shown.bounds(), to_world, self.motions.len() as u32)?;
-        self.motions.push(Motion::new(to_world)?);
+        let bounds = self.parts.get(part as usize).ok_or(GeometryError::NoPart)?.bounds();
+        let instance = if to_world[0] == to_world[1] {
+            Instance::new(part, bounds, to_world[0])?
+        } else {
+            let instance = Instance::moving(part, bounds, to_world, self.motions.len() as u32)?;
+            self.motions.push(Motion::new(to_world)?);
+            instance
+        };
         self.instances.push(instance);
         self.single(Kind::Instance, visibility, self.instances.len() - 1)
     }

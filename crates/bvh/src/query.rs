@@ -13,7 +13,7 @@ use core::ops::Range;
 
 use crate::geometry::Geometry;
 use crate::primitive_set::{Kind, Slot};
-use crate::ray::{Hit, Interval, Query, Ray};
+use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::Real;
 use crate::shapes::{PreparedRay, Shape, ShapeHit};
 use crate::stats::TraversalCounter;
@@ -51,7 +51,7 @@ impl<R: Real> Geometry<R> {
     #[inline(never)]
     fn closest_prepared<T: TraversalCounter>(&self, ray: &Ray<R>, range: Interval<R>, tally: &mut T) -> Option<SlotHit<R>> {
         let ray = self.prepare(*ray);
-        let closest = self.closest_of(&ray, range, tally);
+        let closest = self.visit_all(&ray, ClosestHit::new(range).in_space_of(&ray), tally).1;
         let found = closest.found?;
         Some(if closest.is_contested { self.first_of_equals(&ray, closest.range, found, tally) } else { found })
     }
@@ -74,13 +74,6 @@ impl<R: Real> Geometry<R> {
         };
         self.visit_all(ray, AnyHit::<_, false> { range, accept: &mut consider }, tally);
         first
-    }
-
-    /// The nearest hit of each query, in their order, in place of what `hits` held.
-    #[inline(never)]
-    pub fn closest_each(&self, queries: &[Query<R>], hits: &mut Vec<Option<Hit<R>>>) {
-        hits.clear();
-        hits.extend(queries.iter().map(|query| self.closest(&query.ray, query.range, &mut ())));
     }
 
     /// Whether something lies in the way: a hit with `range.min < t < range.max` of an opaque object, or one that `ask` says
@@ -119,11 +112,6 @@ impl<R: Real> Geometry<R> {
     fn bounded(&self, places: Range<usize>) -> impl Iterator<Item = (u32, &Slot)> {
         let range = self.unbounded + places.start..self.unbounded + places.end;
         (range.start as u32..).zip(&self.group.slots[range])
-    }
-
-    /// The closest hit of a prepared ray.
-    fn closest_of<T: TraversalCounter>(&self, ray: &PreparedRay, range: Interval<R>, tally: &mut T) -> ClosestHit<R> {
-        self.visit_all(ray, ClosestHit::new(range).in_space_of(ray), tally).1
     }
 
     /// The nearest hit of one primitive.

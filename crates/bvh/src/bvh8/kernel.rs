@@ -3,14 +3,11 @@
 use super::Bvh8;
 use super::optimisation_barrier::opaque;
 use super::packet::{PacketResult, PacketState, PacketVisitor};
-use super::row::RayF64;
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traverse::HitVisitor;
 use crate::aabb::BoundingSphere;
 use crate::instance::RoughInverse;
-use crate::math::simd::Portable;
-#[cfg(target_arch = "x86_64")]
-use crate::math::simd::{Avx2, Avx512};
+use crate::math::simd::{Avx2, Avx512, Portable};
 use crate::ray::{Interval, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;
@@ -39,9 +36,7 @@ impl Kernel {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Chosen {
     Portable(Portable),
-    #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
-    #[cfg(target_arch = "x86_64")]
     Avx512(Avx512),
 }
 
@@ -51,21 +46,15 @@ impl Chosen {
     pub fn new(kernel: Kernel) -> Option<Self> {
         match kernel {
             Kernel::Portable => Some(Self::PORTABLE),
-            #[cfg(target_arch = "x86_64")]
             Kernel::Avx2 => Avx2::detect().map(Self::Avx2),
-            #[cfg(target_arch = "x86_64")]
             Kernel::Avx512 => Avx512::detect().map(Self::Avx512),
-            #[cfg(not(target_arch = "x86_64"))]
-            Kernel::Avx2 | Kernel::Avx512 => None,
         }
     }
 
     pub fn name(self) -> Kernel {
         match self {
             Self::Portable(_) => Kernel::Portable,
-            #[cfg(target_arch = "x86_64")]
             Self::Avx2(_) => Kernel::Avx2,
-            #[cfg(target_arch = "x86_64")]
             Self::Avx512(_) => Kernel::Avx512,
         }
     }
@@ -83,9 +72,7 @@ macro_rules! with {
     ($kernel:expr, $token:ident => $call:expr) => {
         match $kernel {
             Chosen::Portable($token) => $call,
-            #[cfg(target_arch = "x86_64")]
             Chosen::Avx2($token) => $call,
-            #[cfg(target_arch = "x86_64")]
             Chosen::Avx512($token) => $call,
         }
     };
@@ -95,12 +82,12 @@ impl Bvh8 {
     /// Shows `answer` what the ray meets. Whether it ended the traversal.
     #[inline(always)]
     pub(crate) fn visit<R: Real, A: HitVisitor>(&self, ray: &Ray<R>, range: Interval<R>, answer: &mut A) -> bool {
+        if self.always > 0 && with!(self.kernel, s => s.rows(self, answer)) {
+            return true;
+        }
         // One by one, and on in registers: a load of two numbers would wait for both stores of whoever has just made the ray.
         let one = |axis: usize| (opaque(ray.origin.axis(axis).to_f32()), opaque(ray.direction.axis(axis).to_f32()));
         let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], range.min.to_f32());
-        if self.always > 0 && with!(self.kernel, s => s.rows(self, ox, oy, oz, dx, dy, dz, answer)) {
-            return true;
-        }
         if self.nodes.is_empty() {
             if self.blocks.is_empty() && self.others.is_empty() {
                 return false;
@@ -119,11 +106,8 @@ impl Bvh8 {
     /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`TraversalRay::mapped`].
     #[inline(never)]
     pub(crate) fn visit_mapped<A: HitVisitor>(&self, setup: &TraversalRay, answer: &mut A) -> bool {
-        if self.always > 0 {
-            let line = RayF64::from(answer.prepared());
-            if with!(self.kernel, s => s.rows_mapped(self, &line, answer)) {
-                return true;
-            }
+        if self.always > 0 && with!(self.kernel, s => s.rows(self, answer)) {
+            return true;
         }
         if self.nodes.is_empty() {
             return self.visit_flat(&setup.aim, answer);

@@ -4,7 +4,7 @@
 use super::filter;
 use super::optimisation_barrier::in_memory;
 use super::projected_ray::{ProjectedRay, Unsure};
-use super::row::{RayF64, Row};
+use super::row::Row;
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::traverse::HitVisitor;
@@ -63,32 +63,23 @@ fn alone<A: HitVisitor>(block: &Triangle8, lane: usize, answer: &mut A) -> Optio
 }
 
 #[inline(always)]
-fn row<S: Simd, A: HitVisitor>(s: S, row: &Row, line: &RayF64, answer: &mut A) -> bool {
+fn row<S: Simd, A: HitVisitor>(s: S, row: &Row, answer: &mut A) -> bool {
     answer.counter().primitives(|| row.facts.count.into());
-    let found = row.hits(s, line, answer.range(), answer.culls());
+    let (range, culls) = (answer.range(), answer.culls());
+    let found = row.hits(s, answer.prepared(), range, culls);
     found.hits != 0 && answer.row(&row.facts, &found.stored(s))
 }
 
 /// A leaf of spheres.
 #[inline(always)]
-pub(super) fn spheres<S: Simd, A: HitVisitor>(
-    s: S,
-    bvh: &Bvh8,
-    leaf: Child,
-    aim: &LeafRay,
-    line: &mut Option<RayF64>,
-    answer: &mut A,
-) -> bool {
-    // Made for the first row that the ray meets.
-    let line = line
-        .get_or_insert_with(|| if A::MAPPED { RayF64::from(answer.prepared()) } else { RayF64::new(aim.origin, aim.direction) });
-    row(s, &bvh.rows[bvh.always + leaf.index()], line, answer)
+pub(super) fn spheres<S: Simd, A: HitVisitor>(s: S, bvh: &Bvh8, leaf: Child, answer: &mut A) -> bool {
+    row(s, &bvh.rows[bvh.always + leaf.index()], answer)
 }
 
 /// The rows that every query meets.
 #[inline(always)]
-pub(super) fn rows<S: Simd, A: HitVisitor>(s: S, bvh: &Bvh8, line: &RayF64, answer: &mut A) -> bool {
-    bvh.rows[..bvh.always].iter().any(|one| row(s, one, line, answer))
+pub(super) fn rows<S: Simd, A: HitVisitor>(s: S, bvh: &Bvh8, answer: &mut A) -> bool {
+    bvh.rows[..bvh.always].iter().any(|one| row(s, one, answer))
 }
 
 /// Each block, and then what comes in no block, where there are no nodes.

@@ -51,16 +51,6 @@ impl Stack {
         self.0[place].write(waiting);
     }
 
-    /// Reads an entry.
-    ///
-    /// # Safety
-    /// It was written.
-    #[inline(always)]
-    pub unsafe fn get(&self, place: usize) -> Waiting {
-        // SAFETY: the caller says that it was written.
-        unsafe { self.0[place].assume_init() }
-    }
-
     /// Takes entries off the top, down to one that is entered before `last`. None where there is no such one.
     ///
     /// # Safety
@@ -70,7 +60,7 @@ impl Stack {
         while *top > 0 {
             *top -= 1;
             // SAFETY: the caller says that everything below the top was written.
-            let waiting = unsafe { self.get(*top) };
+            let waiting = unsafe { self.0[*top].assume_init() };
             if waiting.entry() <= last {
                 return Some(waiting.child());
             }

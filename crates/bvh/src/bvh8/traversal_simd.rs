@@ -1,7 +1,6 @@
 //! What a traversal asks of a set of instructions besides lanes: its stack, the exact test of some lanes, and leaves apart from it.
 
 use super::projected_ray::{ProjectedRay, Unsure};
-use super::row::RayF64;
 use super::stack::{Stack, Waiting, two};
 use super::traversal_ray::LeafRay;
 use super::traverse::HitVisitor;
@@ -35,7 +34,7 @@ pub(super) trait TraversalSimd: Simd {
     /// [`super::leaf::triangles`], compiled for this and apart from the walk, whose registers it would take.
     fn settle<A: HitVisitor>(self, bvh: &Bvh8, number: usize, lanes: u32, aim: &LeafRay, answer: &mut A) -> bool;
     /// [`super::leaf::spheres`], the same way.
-    fn spheres<A: HitVisitor>(self, bvh: &Bvh8, leaf: Child, aim: &LeafRay, line: &mut Option<RayF64>, answer: &mut A) -> bool;
+    fn spheres<A: HitVisitor>(self, bvh: &Bvh8, leaf: Child, answer: &mut A) -> bool;
 }
 
 #[cfg(all(test, target_arch = "x86_64"))]

@@ -12,7 +12,6 @@ use core::arch::x86_64::*;
 use super::entries::{entries, leaves};
 use super::leaf::{spheres, triangles};
 use super::projected_ray::{ProjectedRay, Unsure};
-use super::row::RayF64;
 use super::stack::{Stack, Waiting};
 use super::traversal_ray::LeafRay;
 use super::traversal_simd::TraversalSimd;

@@ -6,8 +6,10 @@ use core::ops::{Add, Div, Mul, Sub};
 use glam::{DVec4, Vec4};
 
 /// What formulas need of four scalars.
-pub trait Four<R>:
+pub trait Four<R: Copy>:
     Copy
+    + From<[R; 4]>
+    + Into<[R; 4]>
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
@@ -16,31 +18,21 @@ pub trait Four<R>:
     + Div<R, Output = Self>
 {
     /// From their numbers.
-    fn from_row(row: [R; 4]) -> Self;
+    #[inline(always)]
+    fn from_row(row: [R; 4]) -> Self {
+        row.into()
+    }
     /// Their numbers.
-    fn row(self) -> [R; 4];
+    #[inline(always)]
+    fn row(self) -> [R; 4] {
+        self.into()
+    }
     /// The same number four times.
-    fn splat(value: R) -> Self;
+    #[inline(always)]
+    fn splat(value: R) -> Self {
+        [value; 4].into()
+    }
 }
 
-macro_rules! four {
-    ($scalar:ident, $four:ident) => {
-        impl Four<$scalar> for $four {
-            #[inline(always)]
-            fn from_row(row: [$scalar; 4]) -> Self {
-                Self::from_array(row)
-            }
-            #[inline(always)]
-            fn row(self) -> [$scalar; 4] {
-                self.to_array()
-            }
-            #[inline(always)]
-            fn splat(value: $scalar) -> Self {
-                Self::splat(value)
-            }
-        }
-    };
-}
-
-four!(f32, Vec4);
-four!(f64, DVec4);
+impl Four<f32> for Vec4 {}
+impl Four<f64> for DVec4 {}

@@ -34,15 +34,15 @@ pub(super) fn off_border<R: Real>(
     at: [f64; 2],
     maps: Maps<'_>,
 ) -> SurfacePoint {
-    let ([u, v], one, normal) = (at, 1.0, ab.cross(ac));
-    let inverse = one / normal.dot(normal);
+    let ([u, v], normal) = (at, ab.cross(ac));
+    let inverse = 1.0 / normal.dot(normal);
     let (by_u, by_v) = (ac.cross(normal) * inverse, normal.cross(ab) * inverse);
     let by_both = by_u + by_v;
     let drift = Drift::around::<R>(Some(maps), located.point, located.error);
     let reach = drift.reach() * 2.0;
     let is_far = |share: f64, gradient: DVec3| share > 0.0 && share * share > reach * reach * gradient.dot(gradient);
     let opposite =
-        if face == Face::Triangle { is_far(one - u - v, by_both) } else { is_far(one - u, by_u) && is_far(one - v, by_v) };
+        if face == Face::Triangle { is_far(1.0 - u - v, by_both) } else { is_far(1.0 - u, by_u) && is_far(1.0 - v, by_v) };
     if is_far(u, by_u) && is_far(v, by_v) && opposite {
         return located;
     }
@@ -90,8 +90,7 @@ impl EdgeShares {
     /// The same with the sides opposite each edge.
     fn within_parallelogram(&self) -> [f64; 2] {
         let ([u, v], [by_u, by_v], [least_u, least_v, _]) = (self.at, self.gradients, self.least);
-        let half: f64 = 0.5;
-        let has_room = least_u < half && least_v < half;
+        let has_room = least_u < 0.5 && least_v < 0.5;
         if !has_room {
             return self.at;
         }

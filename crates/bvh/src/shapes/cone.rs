@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::{disk_support, length, split};
-use super::quadratic::{Crossings, Quadratic, Span, approach, tests_close};
+use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, tests_close};
 use super::turned::{Turned, WALL};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
@@ -118,8 +118,7 @@ impl<R: Real> Shape<R> for Cone<R> {
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
         // The unrounded end of the span, so that the fraction along the axis is the hit's own.
-        let t = self.span(probe, true).map_or_else(|| hit.t.to_f64(), |span| span.unrounded(hit));
-        let raw = probe.origin + probe.direction * t;
+        let raw = point_at(probe, self.span(probe, true).map(Span::crossings), hit);
         let (along, out) = split(raw - self.base.to_f64(), self.axis.to_f64());
         let located = if part == WALL { self.on_wall(along, out) } else { self.solid().on_cap(part, out) };
         self.solid().start_inside::<R>(located, part, (along, out), maps)

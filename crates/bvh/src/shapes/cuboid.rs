@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::drift::Drift;
-use super::quadratic::Span;
+use super::quadratic::{Span, point_at};
 use super::{Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -120,8 +120,7 @@ impl<R: Real> Shape<R> for Cuboid<R> {
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let (axis, greater) = face_of(hit.u);
         let span = if probe.mapped { self.span(probe) } else { None };
-        let t = span.map_or_else(|| hit.t.to_f64(), |span| span.unrounded(hit));
-        let located = self.located(probe.origin + probe.direction * t, (axis, greater));
+        let located = self.located(point_at(probe, span.map(Span::crossings), hit), (axis, greater));
         match maps {
             Some(maps) => SurfacePoint { below: self.inwards(&located, (axis, greater), maps), ..located },
             None => located,
@@ -171,9 +170,7 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         let mut place = self.min.to_f64();
         place[along_u] += s[along_u] * (twice - f64::from(u8::from(greater)));
         place[along_v] += s[along_v] * v.to_f64();
-        let raw = DVec3::from_f64(place);
-        let located = self.located(raw, (axis, greater));
-        (SurfacePoint::new(self.on_face(raw, axis, greater), located.normal, located.error), 1.0 / self.area())
+        (self.located(place, (axis, greater)), 1.0 / self.area())
     }
 }
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::drift::off_bends;
 use super::frame::{disk_support, split};
-use super::quadratic::{Crossings, point_at, tests_close};
+use super::quadratic::{point_at, tests_close};
 use super::turned::{Turned, WALL};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
@@ -58,11 +58,8 @@ impl<R: Real> Cylinder<R> {
     /// Where the ray is at a hit: at the unrounded distance where the precision asks for it.
     fn raw(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> DVec3 {
         let (solid, wall) = (self.solid(), self.solid().tube(probe, true));
-        if self.ends != Ends::Capped {
-            return point_at(probe, wall, hit);
-        }
-        let span = wall.and_then(|w| solid.span(probe, w));
-        point_at(probe, span.map(|s| Crossings { enter: s.near, leave: s.far }), hit)
+        let span = || Some(solid.span(probe, wall?)?.crossings());
+        point_at(probe, if self.ends == Ends::Capped { span() } else { wall }, hit)
     }
 
     /// The point of the wall at a fraction `along` of the axis, seen from the axis in the direction `out`.

@@ -95,8 +95,7 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
     }
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
-        let crossings = self.crossings(probe, true);
-        let point = point_at(probe, crossings, hit);
+        let point = point_at(probe, self.crossings(probe, true), hit);
         let located = self.at(point, (probe.origin - point).abs().max_element());
         off_bends::<R>(located, maps, || {
             // Outside it is the profile that bends, most at the waist; inside, and there most as well, the circle.
@@ -134,11 +133,10 @@ impl<R: Real> SampleArea<R> for Hyperboloid<R> {
         let angle = v.to_f64() * core::f64::consts::TAU;
         let radius = self.radius_at(y);
         let offset = DVec3::new(radius * libm::cos(angle), y, radius * libm::sin(angle));
-        let point = DVec3::from_f64(self.centre.to_f64() + offset);
-        (self.at(point, 0.0), 1.0 / self.inverse_density(y))
+        (self.at(self.centre.to_f64() + offset, 0.0), 1.0 / self.inverse_density(y))
     }
 
     fn density(&self, point: &SurfacePoint) -> f64 {
-        1.0 / self.inverse_density(point.point.y.to_f64() - self.centre.y().to_f64())
+        1.0 / self.inverse_density(point.point.y - self.centre.y().to_f64())
     }
 }

@@ -73,8 +73,7 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
     }
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
-        let crossings = self.crossings(probe, true);
-        let point = point_at(probe, crossings, hit);
+        let point = point_at(probe, self.crossings(probe, true), hit);
         let located = self.at(point, (probe.origin - point).abs().max_element());
         off_bends::<R>(located, maps, || {
             // It bends most at the apex.
@@ -110,8 +109,7 @@ impl<R: Real> SampleArea<R> for Paraboloid<R> {
         let (share, angle) = (u.to_f64(), v.to_f64() * core::f64::consts::TAU);
         let distance = share.sqrt() * self.radius.to_f64();
         let offset = DVec3::new(distance * libm::cos(angle), share * self.height.to_f64(), distance * libm::sin(angle));
-        let point = DVec3::from_f64(self.apex.to_f64() + offset);
-        (self.at(point, 0.0), 1.0 / self.inverse_density(distance))
+        (self.at(self.apex.to_f64() + offset, 0.0), 1.0 / self.inverse_density(distance))
     }
 
     fn density(&self, point: &SurfacePoint) -> f64 {

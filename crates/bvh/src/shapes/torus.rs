@@ -48,7 +48,6 @@ impl<R: Real> Torus<R> {
     /// wherever it is in that sphere, or passes through the hole.
     #[inline(always)]
     fn profile(&self, probe: &PreparedRay) -> Option<Profile> {
-        let (two, four): (f64, f64) = (2.0, 4.0);
         let (axis, major) = (self.axis.to_f64(), self.major_radius.to_f64());
         let one_over = 1.0 / major;
         let f = probe.origin - self.centre.to_f64();
@@ -78,9 +77,9 @@ impl<R: Real> Torus<R> {
         }
         let g = squared + (1.0 - tube) * (1.0 + tube);
         let quartic = Quartic {
-            p: two * g - four + four * lean * lean * inverse_axis,
+            p: 2.0 * g - 4.0 + 4.0 * lean * lean * inverse_axis,
             q: 8.0 * height * lean * inverse_axis,
-            w: g * g - four * (squared - height * height * inverse_axis),
+            w: g * g - 4.0 * (squared - height * height * inverse_axis),
         };
         Some(Profile { quartic, reach, middle: ahead, scale: major * inverse_length })
     }

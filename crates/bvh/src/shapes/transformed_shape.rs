@@ -96,13 +96,6 @@ impl<R: Real> TransformedShape<R> {
         Some((self.transform.located_to_world(&own), density / stretch))
     }
 
-    /// The density per area of drawing the point at a hit; none when the area is infinite.
-    pub fn density(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Option<f64> {
-        let own = self.shape.locate(&self.transform.probe_to_object(probe), hit);
-        let stretch = self.stretch(own.normal);
-        Some(self.shape.density(&own)? / stretch)
-    }
-
     /// The density per area of drawing a point of the image; none when the area is infinite.
     pub fn density_at(&self, point: &SurfacePoint) -> Option<f64> {
         let own = self.transform.located_to_object(point);
