@@ -210,8 +210,7 @@ impl Bvh8 {
     /// blocks are still to be filled.
     pub fn flat(spheres: usize, triangles: usize, others: usize) -> Self {
         let end = spheres + triangles;
-        let block =
-            |first: usize| LeafHeader { first: first as u32, count: (end - first).min(WIDTH) as u8, ..LeafHeader::default() };
+        let block = |first: usize| LeafHeader::new(first, (end - first).min(WIDTH));
         let facts: Vec<LeafHeader> = (spheres..end).step_by(WIDTH).map(block).collect();
         Self { blocks: vec![Triangle8::EMPTY; facts.len()], facts, others: end..end + others, ..Self::default() }
     }

@@ -22,7 +22,8 @@ pub(crate) struct Instance {
     pub motion: u32,
     /// Where it stands, or where its motion starts.
     pub transform: Transform,
-    bounds: Option<Aabb>,
+    /// In the world, at any time; none where the part has something without bounds.
+    pub bounds: Option<Aabb>,
 }
 
 impl Instance {
@@ -54,11 +55,6 @@ impl Instance {
         // Numbers that are none, or too large, leave the box as it is.
         if both.is_empty() { own } else { both }
     }
-
-    /// In the world, at any time; none where the part has something without bounds.
-    pub fn bounds(&self) -> Option<Aabb> {
-        self.bounds
-    }
 }
 
 /// The inverse of a map in f32, right to its rounding, as boxes are asked by it.
@@ -81,7 +77,8 @@ impl RoughInverse {
     /// An entry is wrong by u of itself, u = 2⁻²⁴, a difference from the translation by 2 u, products and their sums by 3 u, and what a ray is made
     /// of that by 2 u more. Half as much again covers what twice rounding leaves of a translation, too.
     fn new(transform: &Transform) -> Self {
-        let (columns, translation) = transform.inverse();
+        let (inverse, translation) = transform.inverse();
+        let columns = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
         let largest = columns.iter().fold(0.0_f64, |all, column| all.max(column.abs().max_element()));
         let [least, most] = Self::SIZES;
         if !(largest > least && largest < most && translation.abs().max_element() < most) {

@@ -256,7 +256,7 @@ impl<R: Real> PrimitiveSet<R> {
             Kind::Plane => None,
             Kind::Shape => Shape::bounds(&self.shapes[index]),
             Kind::TransformedShape => self.placed[index].bounds(),
-            Kind::Instance => self.instances[index].bounds(),
+            Kind::Instance => self.instances[index].bounds,
         }
     }
 

@@ -124,7 +124,7 @@ impl<R: Real> Geometry<R> {
         tally: &mut T,
     ) -> Option<SlotHit<R>> {
         let (index, side) = (own.index as usize, own.visibility.side.to(ray.culls));
-        tally.primitive();
+        tally.primitives(|| 1);
         let hit = match own.kind {
             Kind::Sphere => self.group.spheres[index].intersect(ray, range, side),
             Kind::Triangle => self.triangle(index).intersect(ray, range, side),

@@ -4,9 +4,7 @@
 pub trait TraversalCounter {
     /// A node's boxes were tested.
     fn node(&mut self) {}
-    /// A primitive was tested.
-    fn primitive(&mut self) {}
-    /// So many primitives were tested at once. The number is asked for only where it is counted.
+    /// So many primitives were tested. The number is asked for only where it is counted.
     fn primitives(&mut self, count: impl FnOnce() -> u64)
     where
         Self: Sized,
@@ -30,10 +28,6 @@ impl TraversalCounter for TraversalStats {
     #[inline(always)]
     fn node(&mut self) {
         self.nodes += 1;
-    }
-    #[inline(always)]
-    fn primitive(&mut self) {
-        self.primitives += 1;
     }
     #[inline(always)]
     fn primitives(&mut self, count: impl FnOnce() -> u64) {

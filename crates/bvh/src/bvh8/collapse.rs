@@ -165,7 +165,7 @@ impl Piece {
                 Child::row(self.rows.len() - 1)
             }
             LeafKind::Triangles => {
-                self.facts.push(LeafHeader { first: first as u32, count: count as u8, ..LeafHeader::default() });
+                self.facts.push(LeafHeader::new(first, count));
                 Child::block(self.facts.len() - 1)
             }
             _ => Child::other(first),

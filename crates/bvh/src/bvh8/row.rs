@@ -61,8 +61,7 @@ impl Row {
 
     /// Room for so many, the first of which is at a place.
     pub(super) fn room(kind: RowKind, first: usize, count: usize) -> Self {
-        let facts = LeafHeader { first: first as u32, count: count as u8, ..LeafHeader::default() };
-        Self { kind, facts, places: [[f32::NAN; WIDTH]; 3], rest: [[f32::NAN; WIDTH]; 3] }
+        Self { kind, facts: LeafHeader::new(first, count), places: [[f32::NAN; WIDTH]; 3], rest: [[f32::NAN; WIDTH]; 3] }
     }
 
     /// Where a ray hits them.

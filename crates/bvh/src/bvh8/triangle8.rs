@@ -68,6 +68,11 @@ pub(crate) struct LeafHeader {
 }
 
 impl LeafHeader {
+    /// Of so many slots from the first on.
+    pub fn new(first: usize, count: usize) -> Self {
+        Self { first: first as u32, count: count as u8, ..Self::default() }
+    }
+
     /// Takes down how a lane takes part.
     pub fn set(&mut self, lane: usize, visibility: Visibility) {
         let bit = 1 << lane;

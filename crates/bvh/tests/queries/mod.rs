@@ -6,8 +6,8 @@ mod objects;
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, GeometryError, Interval, Occlusion, PrimitiveSet, Ray, Real, Side,
-    TraversalStats, Visibility,
+    AcceleratorKind, BuildQuality, Geometry, GeometryError, Interval, Occlusion, PrimitiveSet, Ray, Real, Side, TraversalStats,
+    Visibility,
 };
 
 use crate::split_mix::step;

@@ -151,7 +151,7 @@ impl TriangleOrigin8 {
             before: s.splat(before[lane]),
             beyond: s.splat(beyond[lane]),
         };
-        undecided(s, [u, v, along], s.splat(self.distance[lane]), range, &bounds).lanes
+        undecided(s, [u, v, along], s.splat(self.distance[lane]), range, bounds).lanes
     }
 }
 
