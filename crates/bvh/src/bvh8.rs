@@ -234,12 +234,6 @@ impl Bvh8 {
         self.blocks[number as usize / WIDTH].triangle(number as usize % WIDTH)
     }
 
-    /// The facts of a block.
-    #[inline(always)]
-    pub fn facts(&self, block: usize) -> &LeafHeader {
-        &self.facts[block]
-    }
-
     /// Which code walks it.
     pub fn kernel(&self) -> Kernel {
         self.kernel.name()

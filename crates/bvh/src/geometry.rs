@@ -11,7 +11,7 @@ use crate::aabb::{Aabb, BoundingSphere, PaddedBox};
 use crate::build::{AcceleratorKind, Build, BuildWork, Stop, build};
 use crate::bvh8::{Bvh8, Kernel};
 use crate::memory::{filled, huge_page_vec};
-use crate::primitive_set::{Kind, PrimitiveSet, Slot};
+use crate::primitive_set::{Kind, PrimitiveSet, Slot, few};
 use crate::scalar::{Real, Vector};
 use crate::shapes::Triangle;
 
@@ -162,7 +162,7 @@ impl<R: Real> Geometry<R> {
     pub fn unless(mut group: PrimitiveSet<R>, kind: AcceleratorKind, stop: Stop<'_>) -> Option<Self> {
         let Sorted { mut slots, mut bounded, mut nothing, boxes, bounds } = Sorted::new(&mut group);
         let unbounded = slots.len();
-        let few = group.few(unbounded + bounded.len() + nothing.len());
+        let few = few(unbounded + bounded.len() + nothing.len() == group.spheres.len() + group.planes.len());
         let Structure { mut bvh, order, work, spheres } = Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
         let sphere = BoundingSphere::new(bounds.centre(), &boxes);
         drop(boxes);

@@ -287,25 +287,19 @@ impl<R: Real> PrimitiveSet<R> {
         !self.triangles.is_empty() || self.shapes.iter().any(is_face) || self.placed.iter().any(|p| is_face(p.shape()))
     }
 
-    /// As [`few`], for `count` of these primitives.
-    pub(crate) fn few(&self, count: usize) -> usize {
-        few(count == self.spheres.len() + self.planes.len())
-    }
-
     /// Puts the primitives that come in great numbers into the order of the slots, so that what is tested one after the other
     /// lies side by side; triangles that blocks have taken are left out.
     pub(crate) fn follow(&mut self) {
-        let (spheres, triangles) = (take(&mut self.spheres), take(&mut self.triangles));
-        self.spheres.reserve_exact(spheres.len());
-        self.triangles.reserve_exact(triangles.len());
-        for slot in &mut self.slots {
-            let index = slot.index as usize;
-            match slot.kind {
-                Kind::Sphere => slot.index = append(&mut self.spheres, spheres[index]),
-                Kind::Triangle if !triangles.is_empty() => slot.index = append(&mut self.triangles, triangles[index]),
-                _ => {}
+        fn follow<T: Copy>(list: &mut Vec<T>, slots: &mut [Slot], kind: Kind) {
+            let before = take(list);
+            list.reserve_exact(before.len());
+            for slot in slots.iter_mut().filter(|slot| slot.kind == kind && !before.is_empty()) {
+                list.push(before[slot.index as usize]);
+                slot.index = list.len() as u32 - 1;
             }
         }
+        follow(&mut self.spheres, &mut self.slots, Kind::Sphere);
+        follow(&mut self.triangles, &mut self.slots, Kind::Triangle);
     }
 
     /// Gives the triangles to the blocks of the tree, where it has some, which keeps the only copy. The slots from `first` on are in its order.
@@ -352,12 +346,6 @@ pub(crate) fn few(spheres_alone: bool) -> usize {
     const SPHERES: usize = 14;
     const OTHERS: usize = 2;
     if spheres_alone { SPHERES } else { OTHERS }
-}
-
-/// Appends and says where.
-fn append<T>(list: &mut Vec<T>, item: T) -> u32 {
-    list.push(item);
-    list.len() as u32 - 1
 }
 
 /// Refuses a triangle that no tree can hold. Its box need not be made unless it is very large.

@@ -32,18 +32,13 @@ pub(super) fn reinsert(binary: &mut Binary, share: f32, stop: Stop<'_>) -> u64 {
     let (share, steps) = affordable(&tree, share);
     ReinsertionOptimizer::default().run(&mut tree, share, None);
     let order = core::mem::take(&mut binary.order);
-    *binary = Binary::sorted(&nodes(&tree), order);
-    steps
-}
-
-/// The nodes of a tree, in its order.
-fn nodes(tree: &Bvh2) -> Vec<BinaryNode> {
     let node = |n: &Bvh2Node| BinaryNode {
         bounds: PaddedBox { min: n.aabb.min.into(), max: n.aabb.max.into() },
         first: n.first_index,
         count: n.prim_count,
     };
-    tree.nodes.iter().map(node).collect()
+    *binary = Binary::sorted(&tree.nodes.iter().map(node).collect::<Vec<_>>(), order);
+    steps
 }
 
 /// The share of nodes to reinsert, of a tree that knows parents, and what that costs: for searches that are not too long the

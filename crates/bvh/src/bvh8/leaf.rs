@@ -25,12 +25,12 @@ pub(super) fn candidates<S: Simd, A: HitVisitor>(
     [far, last]: [f32; 2],
     answer: &mut A,
 ) -> Option<u32> {
-    answer.counter().primitives(|| bvh.facts(number).count.into());
+    answer.counter().primitives(|| bvh.facts[number].count.into());
     let found = filter::candidates(s, aim, &bvh.blocks[number], last);
     if found.lanes == 0 {
         return Some(0);
     }
-    let [wanted, ends] = answer.lanes(bvh.facts(number));
+    let [wanted, ends] = answer.lanes(&bvh.facts[number]);
     let over = A::ANY && ends & filter::certain(s, &found, aim.near, far) != 0;
     (!over).then_some(found.lanes & wanted)
 }
@@ -46,7 +46,7 @@ pub(super) fn triangles<S: TraversalSimd, A: HitVisitor>(
     answer: &mut A,
 ) -> bool {
     let sight = if A::MAPPED { ProjectedRay::of(answer.prepared()) } else { ProjectedRay::new(aim.origin, aim.direction) };
-    let (triangles, facts) = (&bvh.blocks[number], bvh.facts(number));
+    let (triangles, facts) = (&bvh.blocks[number], &bvh.facts[number]);
     for lane in Lanes(lanes) {
         let met = s.crossing(triangles, lane, in_memory(&sight)).unwrap_or_else(|Unsure| alone(triangles, lane, answer));
         if met.is_some_and(|met| answer.triangle(facts, lane, &met)) {

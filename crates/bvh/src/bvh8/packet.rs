@@ -37,7 +37,7 @@ pub(crate) struct PacketState {
     /// One array an axis; where there is no ray, the direction of the first.
     directions: [[f32; RAYS]; 3],
     /// How many rays there are.
-    count: usize,
+    pub count: usize,
     /// The excluded lower end of distances.
     near: f32,
     /// The greatest distance that still counts of each ray: that of its hit where it has one.
@@ -64,11 +64,6 @@ impl PacketState {
         let (mut far, slots) = ([f32::NEG_INFINITY; RAYS], [[Self::NOTHING; RAYS]; 2]);
         far[..count].fill(last);
         Self { origin: origin.to_array(), directions: lanes, count, near, far, rest: [[0.0; RAYS]; 2], slots, culls }
-    }
-
-    /// How many rays there are.
-    pub fn count(&self) -> usize {
-        self.count
     }
 
     /// What a ray has hit: the distance and the hit's other numbers, and both slots.
@@ -160,8 +155,9 @@ pub(super) fn walk<S: TraversalSimd, M: PacketVisitor>(
     pencil: &mut PacketState,
     meets: &mut M,
 ) -> PacketResult {
-    let bundle = if bvh.nodes.is_empty() && bvh.blocks.is_empty() { None } else { Bundle::new(s, pencil) };
-    if bundle.is_none() && !(bvh.nodes.is_empty() && bvh.blocks.is_empty()) {
+    let has_boxes = !(bvh.nodes.is_empty() && bvh.blocks.is_empty());
+    let bundle = if has_boxes { Bundle::new(s, pencil) } else { None };
+    if has_boxes && bundle.is_none() {
         return PacketResult::Unfit;
     }
     if bvh.always > 0 {

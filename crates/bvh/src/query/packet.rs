@@ -99,7 +99,7 @@ impl<R: Real> Geometry<R> {
             asking.one_by_one(slot, &mut pencil);
         }
         let number = R::from_f32;
-        hits.extend((0..pencil.count()).map(|ray| {
+        hits.extend((0..pencil.count).map(|ray| {
             let ([t, u, v], [slot, inner]) = pencil.hit(ray)?;
             Some(self.named(&SlotHit { t: number(t), u: number(u), v: number(v), slot, inner }))
         }));

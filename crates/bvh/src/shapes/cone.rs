@@ -100,6 +100,13 @@ impl<R: Real> Cone<R> {
         let normal = if has_side { out * height - axis * (taper / height) } else { axis * 1.0_f64.copysign(-taper) };
         SurfacePoint::new(point, normal.normalize(), slack(self.solid().scale(point)))
     }
+
+    /// Areas of the wall, the base and the other end.
+    fn areas(&self) -> [f64; 3] {
+        let (base, top, height) = (self.radius.to_f64(), self.top_radius.to_f64(), self.axis.to_f64().length());
+        let pi = core::f64::consts::PI;
+        [pi * (base + top) * length(height, base - top), pi * base * base, pi * top * top]
+    }
 }
 
 impl<R: Real> Shape<R> for Cone<R> {
@@ -127,15 +134,6 @@ impl<R: Real> Shape<R> for Cone<R> {
     /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base; on an end from its centre to its rim.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         self.solid().parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, 1.0)
-    }
-}
-
-impl<R: Real> Cone<R> {
-    /// Areas of the wall, the base and the other end.
-    fn areas(&self) -> [f64; 3] {
-        let (base, top, height) = (self.radius.to_f64(), self.top_radius.to_f64(), self.axis.to_f64().length());
-        let pi = core::f64::consts::PI;
-        [pi * (base + top) * length(height, base - top), pi * base * base, pi * top * top]
     }
 }
 

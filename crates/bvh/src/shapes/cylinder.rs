@@ -68,6 +68,13 @@ impl<R: Real> Cylinder<R> {
         let point = self.base.to_f64() + self.axis.to_f64() * along + normal * self.radius.to_f64();
         SurfacePoint::new(point, normal, slack(self.solid().scale(point)))
     }
+
+    /// Areas of the wall and of one cap.
+    fn areas(&self) -> (f64, f64) {
+        let (radius, height) = (self.radius.to_f64(), self.axis.to_f64().length());
+        let cap = if self.ends == Ends::Capped { core::f64::consts::PI * radius * radius } else { 0.0 };
+        (core::f64::consts::TAU * radius * height, cap)
+    }
 }
 
 impl<R: Real> Shape<R> for Cylinder<R> {
@@ -119,15 +126,6 @@ impl<R: Real> Shape<R> for Cylinder<R> {
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let top = if self.ends == Ends::None { 0.0 } else { 1.0 };
         self.solid().parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, top)
-    }
-}
-
-impl<R: Real> Cylinder<R> {
-    /// Areas of the wall and of one cap.
-    fn areas(&self) -> (f64, f64) {
-        let (radius, height) = (self.radius.to_f64(), self.axis.to_f64().length());
-        let cap = if self.ends == Ends::Capped { core::f64::consts::PI * radius * radius } else { 0.0 };
-        (core::f64::consts::TAU * radius * height, cap)
     }
 }
 

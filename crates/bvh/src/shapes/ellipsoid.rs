@@ -72,6 +72,12 @@ impl<R: Real> Ellipsoid<R> {
         let share = x * x + y * y + z * z;
         if share < 1.0 { (self.centre.to_f64() - located.point) * share } else { DVec3::ZERO }
     }
+
+    /// How many times larger the surface is at a point than the unit sphere at its image, by the unit direction there.
+    fn stretch(&self, n: DVec3) -> f64 {
+        let s = self.semi_axes.to_f64();
+        DVec3::new(n.x * s.y * s.z, n.y * s.z * s.x, n.z * s.x * s.y).length()
+    }
 }
 
 impl<R: Real> Shape<R> for Ellipsoid<R> {
@@ -101,14 +107,6 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
         let [u, v] = on_globe::<f64>(n).map(R::from_f64);
         let dpdu = R::Vec3::from_f64(DVec3::new(n.z, 0.0, -n.x) * s * core::f64::consts::TAU);
         Parameters { u, v, dpdu, mirrored: false }
-    }
-}
-
-impl<R: Real> Ellipsoid<R> {
-    /// How many times larger the surface is at a point than the unit sphere at its image, by the unit direction there.
-    fn stretch(&self, n: DVec3) -> f64 {
-        let s = self.semi_axes.to_f64();
-        DVec3::new(n.x * s.y * s.z, n.y * s.z * s.x, n.z * s.x * s.y).length()
     }
 }
 

@@ -73,6 +73,13 @@ impl<R: Real> Hyperboloid<R> {
     fn radius_at(&self, y: f64) -> f64 {
         self.waist.to_f64() * length(y / self.slope.to_f64(), 1.0)
     }
+
+    /// One over the density at a height: the ring there times its slant, over the whole height.
+    fn inverse_density(&self, y: f64) -> f64 {
+        let (a, c, radius) = (self.waist.to_f64(), self.slope.to_f64(), self.radius_at(y));
+        let lean = a * a * y / (c * c * radius);
+        2.0 * self.half_height.to_f64() * core::f64::consts::TAU * radius * length(lean, 1.0)
+    }
 }
 
 impl<R: Real> Shape<R> for Hyperboloid<R> {
@@ -110,15 +117,6 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
         let v = R::from_f64(0.5) - R::from_f64(offset.y) / (self.half_height + self.half_height);
         Parameters { u, v, dpdu, mirrored: false }
-    }
-}
-
-impl<R: Real> Hyperboloid<R> {
-    /// One over the density at a height: the ring there times its slant, over the whole height.
-    fn inverse_density(&self, y: f64) -> f64 {
-        let (a, c, radius) = (self.waist.to_f64(), self.slope.to_f64(), self.radius_at(y));
-        let lean = a * a * y / (c * c * radius);
-        2.0 * self.half_height.to_f64() * core::f64::consts::TAU * radius * length(lean, 1.0)
     }
 }
 

@@ -49,6 +49,13 @@ impl<R: Real> Paraboloid<R> {
         let scale = scale + apex.abs().max_element() + point.abs().max_element() + radius + height;
         SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
+
+    /// One over the density at a distance from the axis: the rim's disk, as much larger as the bowl leans there.
+    fn inverse_density(&self, distance: f64) -> f64 {
+        let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
+        let lean = 2.0 * height * distance / (radius * radius);
+        core::f64::consts::PI * radius * radius * length(lean, 1.0)
+    }
 }
 
 impl<R: Real> Shape<R> for Paraboloid<R> {
@@ -87,15 +94,6 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
         let offset = self.locate(probe, hit).point - self.apex.to_f64();
         let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
         Parameters { u, v: R::ONE - R::from_f64(offset.y) / self.height, dpdu, mirrored: false }
-    }
-}
-
-impl<R: Real> Paraboloid<R> {
-    /// One over the density at a distance from the axis: the rim's disk, as much larger as the bowl leans there.
-    fn inverse_density(&self, distance: f64) -> f64 {
-        let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
-        let lean = 2.0 * height * distance / (radius * radius);
-        core::f64::consts::PI * radius * radius * length(lean, 1.0)
     }
 }
 

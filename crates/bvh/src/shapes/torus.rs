@@ -105,6 +105,12 @@ impl<R: Real> Torus<R> {
         let point = self.centre.to_f64() + spoke * major + normal * minor;
         SurfacePoint::new(point, normal, slack(self.scale(point)))
     }
+
+    /// One over the density where the tube's normal leans away from the axis by `away`.
+    fn inverse_density(&self, away: f64) -> f64 {
+        let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
+        core::f64::consts::TAU * core::f64::consts::TAU * minor * (major + minor * away)
+    }
 }
 
 impl<R: Real> Shape<R> for Torus<R> {
@@ -148,14 +154,6 @@ impl<R: Real> Shape<R> for Torus<R> {
         let away = R::from_f64(located.normal.dot(out.normalize()));
         let full = R::from_f64(core::f64::consts::TAU);
         Parameters { u, v: R::from_f64(0.5) - up.atan2(away) / full, dpdu, mirrored: false }
-    }
-}
-
-impl<R: Real> Torus<R> {
-    /// One over the density where the tube's normal leans away from the axis by `away`.
-    fn inverse_density(&self, away: f64) -> f64 {
-        let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
-        core::f64::consts::TAU * core::f64::consts::TAU * minor * (major + minor * away)
     }
 }
 

@@ -30,11 +30,7 @@ impl Item {
     const NORMAL: u32 = 1 << 30;
 
     pub fn new(bounds: &PaddedBox, place: u32, company: LeafKind) -> Self {
-        let kind = match company {
-            LeafKind::None => 0.0,
-            LeafKind::Triangles => 1.0,
-            LeafKind::Spheres => 2.0,
-        };
+        let kind = f32::from(company as u8);
         Self { low: bounds.min.extend(f32::from_bits(Self::NORMAL | place)), high: bounds.max.extend(kind) }
     }
 
@@ -43,11 +39,7 @@ impl Item {
     }
 
     pub fn company(&self) -> LeafKind {
-        match self.high.w {
-            0.0 => LeafKind::None,
-            1.0 => LeafKind::Triangles,
-            _ => LeafKind::Spheres,
-        }
+        [LeafKind::None, LeafKind::Triangles, LeafKind::Spheres][self.high.w as usize]
     }
 
     pub fn bounds(&self) -> PaddedBox {

@@ -7,7 +7,7 @@ use super::{GROUPS, PacketState, PacketVisitor, RAYS, greatest_far};
 use crate::bvh8::filter::{Bounds, corner, cross, dot, spread, sub3, undecided};
 use crate::bvh8::triangle8::Triangle8;
 use crate::bvh8::{Bvh8, Lanes, WIDTH};
-use crate::math::simd::{Simd, dot_f64};
+use crate::math::simd::{Simd, dot_f64, splat3_f64};
 use crate::shapes::{EDGE_ON, PreparedRay, Triangle};
 
 /// Eight rays as the exact test needs them: what a probe has of each, side by side.
@@ -44,19 +44,21 @@ struct Crossed<S: Simd> {
     weights: [S::Floats; 2],
 }
 
+#[inline(always)]
+fn load3_f64<S: Simd>(s: S, [x, y, z]: &[[f64; WIDTH]; 3]) -> [S::Doubles; 3] {
+    [s.load_f64(x), s.load_f64(y), s.load_f64(z)]
+}
+
 /// The operations of [`crate::shapes::Triangle`]'s test in their order, for eight rays. Those for which rounding could have taken the
 /// sign of an edge function are to go through that test itself, and those that see it edge-on.
 #[inline(always)]
 fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> Crossed<S> {
     let zero = s.splat_f64(0.0);
-    let [[ax, ay, az], [bx, by, bz]] = &rays.across;
-    let (across, beside) = ([s.load_f64(ax), s.load_f64(ay), s.load_f64(az)], [s.load_f64(bx), s.load_f64(by), s.load_f64(bz)]);
-    let [dx, dy, dz] = &rays.direction;
-    let direction = [s.load_f64(dx), s.load_f64(dy), s.load_f64(dz)];
+    let [across, beside] = [load3_f64(s, &rays.across[0]), load3_f64(s, &rays.across[1])];
+    let direction = load3_f64(s, &rays.direction);
     let (mut x, mut y, mut z) = ([zero; 3], [zero; 3], [zero; 3]);
     for corner in 0..3 {
-        let offset = corners[corner].as_dvec3() - origin;
-        let offset = [s.splat_f64(offset.x), s.splat_f64(offset.y), s.splat_f64(offset.z)];
+        let offset = splat3_f64(s, corners[corner].as_dvec3() - origin);
         x[corner] = dot_f64(s, offset, across);
         y[corner] = dot_f64(s, offset, beside);
         z[corner] = dot_f64(s, offset, direction);
@@ -199,7 +201,7 @@ fn settle<S: Simd, M: PacketVisitor>(
     meets: &M,
 ) {
     let triangle: Triangle<f32> = bvh.blocks[number].triangle(lane);
-    let facts = bvh.facts(number);
+    let facts = &bvh.facts[number];
     let found = crossed(s, Vec3::from(pencil.origin).as_dvec3(), &triangle.vertices, rays);
     let (mut outside, mut hits) = (found.outside, found.hits & left);
     let (mut t, [mut u, mut v]) = (s.to_array(found.t), [s.to_array(found.weights[0]), s.to_array(found.weights[1])]);
