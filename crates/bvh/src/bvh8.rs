@@ -32,6 +32,7 @@ use core::ops::Range;
 use rayon::prelude::*;
 
 use crate::aabb::PaddedBox;
+use crate::math::simd::Portable;
 pub(crate) use crate::math::simd::{Lanes, WIDTH};
 use crate::primitive_set::Slot;
 use crate::ray::Visibility;
@@ -153,14 +154,6 @@ impl Node {
     }
 }
 
-/// How many primitives of each kind of leaf there are.
-#[derive(Clone, Copy)]
-pub(crate) struct PrimitiveCounts {
-    pub triangles: u64,
-    pub spheres: u64,
-    pub others: u64,
-}
-
 /// A bounding-volume hierarchy over places in an order that its build returned, with the triangles among them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bvh8 {
@@ -241,7 +234,7 @@ impl Bvh8 {
 
     /// Lets other code walk it; the portable one where the processor can't run that.
     pub fn set_kernel(&mut self, kernel: Kernel) {
-        self.kernel = Chosen::new(kernel).unwrap_or(Chosen::PORTABLE);
+        self.kernel = Chosen::new(kernel).unwrap_or(Chosen::Portable(Portable));
     }
 
     /// Bytes of nodes and blocks.
@@ -262,14 +255,14 @@ impl Bvh8 {
         triangles.div_ceil(WIDTH as u64).saturating_mul((size_of::<Triangle8>() + size_of::<LeafHeader>()) as u64)
     }
 
-    /// The most bytes that the tree over so many triangles and other primitives takes.
+    /// The most bytes that the tree over so many spheres, triangles and other primitives takes.
     ///
     /// A node with room left has leaves alone, or it would have opened a child. Of t nodes let f have an inner child: these were
     /// full, so they had 8f − (t − 1) leaves. The others have nine triangles at least, or another primitive and one lane
     /// more. So t ≤ n/7 + 1 for n triangles, t ≤ (4n + 3)/7 for n others, and t ≤ n/7 + m + 1 for both. Blocks of fewer than three
     /// triangles are alone in their node, which then has seven inner children, or beside those that they don't fit into: there
     /// are at most n/3 + n/49 blocks, and one more for each other primitive that may stand between them.
-    pub fn most_bytes(PrimitiveCounts { triangles, spheres, others }: PrimitiveCounts) -> u64 {
+    pub fn most_bytes([spheres, triangles, others]: [u64; 3]) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
         let all = [triangles, spheres, others].into_iter().fold(0, u64::saturating_add);
         // The most of one company are the triangles of the argument above, whatever they are.

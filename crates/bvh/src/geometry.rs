@@ -104,48 +104,26 @@ fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
     (is_few || is_flat).then_some([spheres, triangles, others])
 }
 
-/// A tree with the order in which its places name what is bounded, where that is not its own, and what building it took.
-struct Structure {
-    bvh: Bvh8,
-    order: Option<Vec<u32>>,
-    work: Option<BuildWork>,
-    /// The first places, whose spheres every query tests in rows.
-    spheres: usize,
-}
-
-impl Structure {
-    /// So many places that are tested one after the other.
-    fn scan(places: usize, work: Option<BuildWork>) -> Self {
-        Self { bvh: Bvh8::flat(0, 0, places), order: None, work, spheres: 0 }
-    }
-
-    /// Builds it; none where `stop` gave the build up. What few things there are is sorted by kind.
-    fn build<R: Real>(
-        group: &PrimitiveSet<R>,
-        kind: AcceleratorKind,
-        bounded: &mut [Slot],
-        few: usize,
-        boxes: &[PaddedBox],
-        stop: Stop<'_>,
-    ) -> Option<Self> {
-        let AcceleratorKind::Tree(quality) = kind else { return Some(Self::scan(boxes.len(), None)) };
-        if let Some([spheres, triangles, others]) = without_nodes::<R>(bounded, few) {
-            if spheres + triangles > 0 {
-                let place = |kind: Kind| [Kind::Sphere, Kind::Triangle].iter().position(|&first| first == kind);
-                bounded.sort_by_key(|slot| place(slot.kind).unwrap_or(2));
-            }
-            let bvh = Bvh8::flat(spheres, triangles, others);
-            return Some(Self { bvh, order: None, work: Some(BuildWork::default()), spheres });
+/// Builds what answers queries; none where `stop` gave the build up. What few things there is is sorted by kind.
+fn structure<R: Real>(
+    group: &PrimitiveSet<R>,
+    kind: AcceleratorKind,
+    bounded: &mut [Slot],
+    few: usize,
+    boxes: &[PaddedBox],
+    stop: Stop<'_>,
+) -> Option<Build> {
+    let AcceleratorKind::Tree(quality) = kind else { return Some(Build::scan(boxes.len(), None)) };
+    if let Some([spheres, triangles, others]) = without_nodes::<R>(bounded, few) {
+        if spheres + triangles > 0 {
+            let place = |kind: Kind| [Kind::Sphere, Kind::Triangle].iter().position(|&first| first == kind);
+            bounded.sort_by_key(|slot| place(slot.kind).unwrap_or(2));
         }
-        let bounded = &*bounded;
-        let company = |place: u32| group.company(&bounded[place as usize]);
-        let Build { tree, work } = build(boxes, quality, &company, stop)?;
-        Some(match tree {
-            Some((bvh, order)) => Self { bvh, order: Some(order), work: Some(work), spheres: 0 },
-            // Were the builders wrong, queries would be slow, and right.
-            None => Self::scan(boxes.len(), Some(work)),
-        })
+        let bvh = Bvh8::flat(spheres, triangles, others);
+        return Some(Build { bvh, order: None, work: Some(BuildWork::default()), spheres });
     }
+    let bounded = &*bounded;
+    build(boxes, quality, &|place| group.company(&bounded[place as usize]), stop)
 }
 
 impl<R: Real> Geometry<R> {
@@ -163,7 +141,7 @@ impl<R: Real> Geometry<R> {
         let Sorted { mut slots, mut bounded, mut nothing, boxes, bounds } = Sorted::new(&mut group);
         let unbounded = slots.len();
         let few = few(unbounded + bounded.len() + nothing.len() == group.spheres.len() + group.planes.len());
-        let Structure { mut bvh, order, work, spheres } = Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
+        let Build { mut bvh, order, work, spheres } = structure(&group, kind, &mut bounded, few, &boxes, stop)?;
         let sphere = BoundingSphere::new(bounds.centre(), &boxes);
         drop(boxes);
         let has_lanes = R::IS_SINGLE && kind != AcceleratorKind::Linear;
@@ -181,8 +159,7 @@ impl<R: Real> Geometry<R> {
         group.slots = slots;
         if has_lanes {
             group.move_triangles(&mut bvh, unbounded);
-            group.make_rows(&mut bvh, planes, unbounded..unbounded + spheres);
-            group.fill_leaves(&mut bvh, unbounded);
+            group.make_rows(&mut bvh, planes, unbounded, spheres);
         }
         group.follow();
         Some(Self { faces, group, unbounded, planes, bvh, work, bounds, sphere })

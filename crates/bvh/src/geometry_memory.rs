@@ -1,7 +1,7 @@
 //! How many primitives of which kind a set will hold, and so what memory it will take, before there is one.
 
 use crate::build::AcceleratorKind;
-use crate::bvh8::{Bvh8, PrimitiveCounts};
+use crate::bvh8::Bvh8;
 use crate::instance::Instance;
 use crate::motion::Motion;
 use crate::primitive_set::{PrimitiveSet, few};
@@ -74,11 +74,9 @@ impl GeometryMemory {
             let flat = Bvh8::bytes_of_rows(self.spheres).saturating_add(Bvh8::bytes_of_full_blocks(self.triangles));
             return self.bytes::<R>(wide).saturating_add(planes).saturating_add(flat);
         }
-        let Self { triangles, spheres, .. } = *self;
-        let shares = PrimitiveCounts { triangles, spheres, others };
-        let shares = if R::IS_SINGLE { shares } else { PrimitiveCounts { triangles: 0, spheres: 0, others: bounded } };
+        let counts = if R::IS_SINGLE { [self.spheres, self.triangles, others] } else { [0, 0, bounded] };
         let tree = match kind {
-            AcceleratorKind::Tree(_) if bounded > few as u64 => Bvh8::most_bytes(shares),
+            AcceleratorKind::Tree(_) if bounded > few as u64 => Bvh8::most_bytes(counts),
             _ => 0,
         };
         self.bytes::<R>(wide).saturating_add(planes).saturating_add(tree)

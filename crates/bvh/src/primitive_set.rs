@@ -314,12 +314,14 @@ impl<R: Real> PrimitiveSet<R> {
         });
     }
 
-    /// Lets every query test the first slots, which are planes, and those of some spheres, in rows.
-    pub(crate) fn make_rows(&self, bvh: &mut Bvh8, planes: usize, spheres: Range<usize>) {
-        for (kind, slots) in [(RowKind::Planes, 0..planes), (RowKind::Spheres, spheres)] {
+    /// Lets every query test the first slots, which are planes, and those of some spheres, in rows, and puts the spheres that share leaves of the
+    /// tree there. The slots from `first` on are in its order, the spheres first.
+    pub(crate) fn make_rows(&self, bvh: &mut Bvh8, planes: usize, first: usize, spheres: usize) {
+        for (kind, slots) in [(RowKind::Planes, 0..planes), (RowKind::Spheres, first..first + spheres)] {
             let firsts = slots.clone().step_by(WIDTH);
             bvh.test_always(firsts.map(|first| self.row(kind, first..slots.end.min(first + WIDTH))));
         }
+        bvh.fill_rows(first, |slots| self.row(RowKind::Spheres, slots));
     }
 
     fn row(&self, kind: RowKind, slots: Range<usize>) -> Row {
@@ -332,11 +334,6 @@ impl<R: Real> PrimitiveSet<R> {
             (numbers.map(Vector::to_f32), slot.visibility)
         };
         Row::new(kind, slots.start, self.slots[slots].iter().map(own))
-    }
-
-    /// Puts the spheres that share leaves of the tree there. The slots from `first` on are in its order.
-    pub(crate) fn fill_leaves(&self, bvh: &mut Bvh8, first: usize) {
-        bvh.fill_rows(first, |slots| self.row(RowKind::Spheres, slots));
     }
 }
 

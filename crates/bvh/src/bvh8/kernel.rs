@@ -41,11 +41,9 @@ pub(super) enum Chosen {
 }
 
 impl Chosen {
-    pub const PORTABLE: Self = Self::Portable(Portable);
-
     pub fn new(kernel: Kernel) -> Option<Self> {
         match kernel {
-            Kernel::Portable => Some(Self::PORTABLE),
+            Kernel::Portable => Some(Self::Portable(Portable)),
             Kernel::Avx2 => Avx2::detect().map(Self::Avx2),
             Kernel::Avx512 => Avx512::detect().map(Self::Avx512),
         }
@@ -63,7 +61,7 @@ impl Chosen {
 /// The fastest that this processor can run.
 impl Default for Chosen {
     fn default() -> Self {
-        [Kernel::Avx512, Kernel::Avx2].into_iter().find_map(Self::new).unwrap_or(Self::PORTABLE)
+        [Kernel::Avx512, Kernel::Avx2].into_iter().find_map(Self::new).unwrap_or(Self::Portable(Portable))
     }
 }
 

@@ -28,13 +28,6 @@ impl Waiting {
     }
 }
 
-/// The two entries of a mask of two bits.
-#[inline(always)]
-pub(super) fn two(children: &[Child; WIDTH], entries: &[f32; WIDTH], mask: u32) -> [Waiting; 2] {
-    let (a, b) = (mask.trailing_zeros() as usize & 7, (mask & mask.wrapping_sub(1)).trailing_zeros() as usize & 7);
-    [Waiting::new(children[a], entries[a]), Waiting::new(children[b], entries[b])]
-}
-
 /// Room for a stack. How many entries are in use is the walk's to know: beside the entries it would stay in memory, and
 /// every step would wait for it.
 pub(super) struct Stack([MaybeUninit<Waiting>; STACK]);
@@ -106,15 +99,5 @@ impl Stack {
         let Some(two) = self.0[..top].last_chunk::<2>() else { panic!("two are waiting") };
         // SAFETY: the caller says that they were written.
         two.map(|waiting| unsafe { waiting.assume_init() }.child())
-    }
-
-    /// Writes the children of a mask from `top` on. Returns the new top.
-    #[inline(always)]
-    pub fn push(&mut self, mut top: usize, children: &[Child; WIDTH], entries: &[f32; WIDTH], mask: u32) -> usize {
-        for lane in Lanes(mask) {
-            self.set(top, Waiting::new(children[lane], entries[lane]));
-            top += 1;
-        }
-        top
     }
 }

@@ -1,11 +1,11 @@
 //! What a traversal asks of a set of instructions besides lanes: its stack, the exact test of some lanes, and leaves apart from it.
 
 use super::projected_ray::{ProjectedRay, Unsure};
-use super::stack::{Stack, Waiting, two};
+use super::stack::{Stack, Waiting};
 use super::traversal_ray::LeafRay;
 use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
-use super::{Bvh8, Child, WIDTH};
+use super::{Bvh8, Child, Lanes, WIDTH};
 use crate::math::simd::Simd;
 use crate::shapes::TriangleHit;
 
@@ -14,12 +14,19 @@ pub(super) trait TraversalSimd: Simd {
     /// The two children of a mask of two bits.
     #[inline(always)]
     fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2] {
-        two(children, &self.to_array(entries), mask)
+        let entries = self.to_array(entries);
+        let (a, b) = (mask.trailing_zeros() as usize & 7, (mask & mask.wrapping_sub(1)).trailing_zeros() as usize & 7);
+        [Waiting::new(children[a], entries[a]), Waiting::new(children[b], entries[b])]
     }
     /// Writes the children of a mask from `top` on. Returns the new top.
     #[inline(always)]
-    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
-        stack.push(top, children, &self.to_array(entries), mask)
+    fn push(self, stack: &mut Stack, mut top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
+        let entries = self.to_array(entries);
+        for lane in Lanes(mask) {
+            stack.set(top, Waiting::new(children[lane], entries[lane]));
+            top += 1;
+        }
+        top
     }
     /// The same, the nearest last.
     #[inline(always)]

@@ -192,7 +192,8 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisit
         if !Q::ANY {
             return [u32::MAX, 0];
         }
-        [Q::wanted(facts).into(), (Q::opaque(facts) & facts.two_sided(self.culls)).into()]
+        let [wanted, opaque] = Q::lanes(facts);
+        [wanted.into(), (opaque & facts.two_sided(self.culls)).into()]
     }
 
     #[inline(always)]
@@ -206,15 +207,16 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisit
         if !(facts.accepts(lane, met.from_outside, self.culls) && self.query.range().contains(t)) {
             return false;
         }
-        Q::opaque(facts) >> lane & 1 != 0 || self.query.take(self.geometry, found)
+        Q::lanes(facts)[1] >> lane & 1 != 0 || self.query.take(self.geometry, found)
     }
 
     #[inline(always)]
     fn row(&mut self, facts: &LeafHeader, roots: &RowHits<[f32; WIDTH]>) -> bool {
-        if roots.hits & u32::from(Q::opaque(facts)) != 0 {
+        let [wanted, opaque] = Q::lanes(facts);
+        if roots.hits & u32::from(opaque) != 0 {
             return true;
         }
-        for lane in Lanes(roots.hits & u32::from(Q::wanted(facts))) {
+        for lane in Lanes(roots.hits & u32::from(wanted)) {
             let v = if roots.leaving >> lane & 1 == 0 { R::ZERO } else { R::ONE };
             let t = R::from_f32(roots.t[lane]);
             if self.query.take(self.geometry, SlotHit { t, u: R::ZERO, v, slot: facts.first + lane as u32, inner: NO_PART }) {

@@ -81,13 +81,6 @@ impl<R: Real> Cone<R> {
         Turned::new(self.base, self.axis, [self.radius, self.top_radius])
     }
 
-    /// The radius at a fraction of the axis.
-    #[inline(always)]
-    fn radius_at(&self, along: f64) -> f64 {
-        let (base, top) = (self.radius.to_f64(), self.top_radius.to_f64());
-        base + (top - base) * along
-    }
-
     /// The point of the wall at a fraction `along` of the axis, in the direction `out` across the axis, or at the tip where
     /// there is no such direction.
     fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
@@ -96,7 +89,7 @@ impl<R: Real> Cone<R> {
         let has_side = distance > 0.0;
         let out = if has_side { out * (1.0 / distance) } else { DVec3::ZERO };
         let taper = self.top_radius.to_f64() - self.radius.to_f64();
-        let point = self.base.to_f64() + axis * along + out * self.radius_at(along);
+        let point = self.base.to_f64() + axis * along + out * (self.radius.to_f64() + taper * along);
         let normal = if has_side { out * height - axis * (taper / height) } else { axis * 1.0_f64.copysign(-taper) };
         SurfacePoint::new(point, normal.normalize(), slack(self.solid().scale(point)))
     }

@@ -55,13 +55,6 @@ impl<R: Real> Cylinder<R> {
         Turned::new(self.base, self.axis, [self.radius; 2])
     }
 
-    /// Where the ray is at a hit: at the unrounded distance where the precision asks for it.
-    fn raw(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> DVec3 {
-        let (solid, wall) = (self.solid(), self.solid().tube(probe, true));
-        let span = || Some(solid.span(probe, wall?)?.crossings());
-        point_at(probe, if self.ends == Ends::Capped { span() } else { wall }, hit)
-    }
-
     /// The point of the wall at a fraction `along` of the axis, seen from the axis in the direction `out`.
     fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
         let normal = out.normalize();
@@ -100,7 +93,9 @@ impl<R: Real> Shape<R> for Cylinder<R> {
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
-        let (solid, raw) = (self.solid(), self.raw(probe, hit));
+        let (solid, wall) = (self.solid(), self.solid().tube(probe, true));
+        let span = || Some(solid.span(probe, wall?)?.crossings());
+        let raw = point_at(probe, if self.ends == Ends::Capped { span() } else { wall }, hit);
         let (mut along, mut out) = split(raw - self.base.to_f64(), self.axis.to_f64());
         if self.ends == Ends::Capped && maps.is_none() {
             // Wall and caps are at right angles here, so only rounding brings a start across a seam. Kept away from the seam

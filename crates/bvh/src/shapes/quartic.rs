@@ -28,12 +28,6 @@ impl Quartic {
         (x * x * 2.0 + self.p) * x + self.q * 0.5
     }
 
-    /// Half of the slope's slope.
-    #[inline(always)]
-    fn bend(&self, x: f64) -> f64 {
-        x * x * 6.0 + self.p
-    }
-
     /// The interval [−reach, reach], cut where the curve turns: up to five places in ascending order that bound four pieces, each monotone.
     fn pieces(&self, reach: f64) -> ArrayVec<f64, 5> {
         let mut pieces = ArrayVec::from_iter([-reach]);
@@ -42,7 +36,8 @@ impl Quartic {
         for (from, to) in [(-reach, -knee), (-knee, knee), (knee, reach)] {
             let (at_from, at_to) = (self.slope(from), self.slope(to));
             if (at_from < 0.0) != (at_to < 0.0) {
-                pieces.push(find(from, to, at_from, |x| (self.slope(x), self.bend(x))));
+                let slope_of_slope = |x: f64| x * x * 6.0 + self.p;
+                pieces.push(find(from, to, at_from, |x| (self.slope(x), slope_of_slope(x))));
             }
         }
         pieces.push(reach);

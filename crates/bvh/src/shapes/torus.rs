@@ -93,17 +93,12 @@ impl<R: Real> Torus<R> {
         })
     }
 
-    #[inline(always)]
-    fn scale(&self, point: DVec3) -> f64 {
-        let own = self.centre.abs().max_element() + self.major_radius + self.minor_radius;
-        own.to_f64() + point.abs().max_element()
-    }
-
     /// The point of the tube around the circle's point in direction `spoke`, in the direction `normal` from there.
     fn on_tube(&self, spoke: DVec3, normal: DVec3) -> SurfacePoint {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         let point = self.centre.to_f64() + spoke * major + normal * minor;
-        SurfacePoint::new(point, normal, slack(self.scale(point)))
+        let size = self.centre.abs().max_element() + self.major_radius + self.minor_radius;
+        SurfacePoint::new(point, normal, slack(size.to_f64() + point.abs().max_element()))
     }
 
     /// One over the density where the tube's normal leans away from the axis by `away`.

@@ -104,7 +104,7 @@ fn halved(items: &mut [Item]) -> usize {
 struct SplitPlane {
     scale: Scale,
     axis: usize,
-    bin: u32,
+    bin: usize,
 }
 
 /// From centres to bins: the number nearest to (c − least)·factor, within 0 and the last bin.
@@ -130,14 +130,6 @@ impl Scale {
         let [x, y, z, _] = at.to_array().map(|b| b.to_bits() as usize % BINS);
         [x, y, z]
     }
-
-    #[inline(always)]
-    fn bin(&self, centre: f32, axis: usize) -> u32 {
-        let at = (centre - self.least[axis]) * self.factor[axis];
-        let at = if at < self.last { at } else { self.last };
-        let at = if at > 0.0 { at } else { 0.0 };
-        (at + WHOLE).to_bits() % BINS as u32
-    }
 }
 
 impl SplitPlane {
@@ -146,8 +138,7 @@ impl SplitPlane {
         let (mut front, mut back) = (0, other.len());
         let (scale, axis, bin) = (self.scale, self.axis, self.bin);
         for item in items {
-            let centre = item.low.to_array()[axis] * 0.5 + item.high.to_array()[axis] * 0.5;
-            let left = scale.bin(centre, axis) <= bin;
+            let left = scale.bins(item.centre())[axis] <= bin;
             other[front] = *item;
             other[back - 1] = *item;
             front += usize::from(left);
@@ -236,7 +227,7 @@ impl Sweep<'_> {
     }
 
     /// Axis and last bin of the left part; of equal splits the first. None where all items fall into one bin of each axis.
-    fn cheapest(&self) -> Option<(usize, u32)> {
+    fn cheapest(&self) -> Option<(usize, usize)> {
         let (empty, used) = (([Bin::EMPTY; 3], [0; 4]), self.bins.len());
         let mut costs = [Vec4::ZERO; BINS];
         let mut right = empty;
@@ -254,7 +245,7 @@ impl Sweep<'_> {
             at = Vec4::select(less, Vec4::splat(bin as f32), at);
         }
         let axis = (1..3).fold(0, |best, axis| if least[axis] < least[best] { axis } else { best });
-        (least[axis] < f32::INFINITY).then_some((axis, at[axis] as u32))
+        (least[axis] < f32::INFINITY).then_some((axis, at[axis] as usize))
     }
 }
 
