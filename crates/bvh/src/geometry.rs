@@ -93,14 +93,13 @@ impl Sorted {
 /// make a tree.
 fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
     let is_few = bounded.len() <= few;
-    let (spheres, triangles) = if R::IS_SINGLE && (is_few || Bvh8::may_be_flat(bounded.len())) {
-        let count = |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count();
-        (count(Kind::Sphere), count(Kind::Triangle))
-    } else {
-        (0, 0)
-    };
+    if !R::IS_SINGLE || bounded.len() > few.max(Bvh8::MOST_FLAT) {
+        return is_few.then_some([0, 0, bounded.len()]);
+    }
+    let count = |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count();
+    let (spheres, triangles) = (count(Kind::Sphere), count(Kind::Triangle));
     let others = bounded.len() - spheres - triangles;
-    let is_flat = R::IS_SINGLE && Bvh8::is_flat(spheres as u64, triangles as u64, others as u64);
+    let is_flat = Bvh8::is_flat(spheres as u64, triangles as u64, others as u64);
     (is_few || is_flat).then_some([spheres, triangles, others])
 }
 
@@ -145,7 +144,9 @@ impl<R: Real> Geometry<R> {
         let sphere = BoundingSphere::new(bounds.centre(), &boxes);
         drop(boxes);
         let has_lanes = R::IS_SINGLE && kind != AcceleratorKind::Linear;
-        let planes = if has_lanes { planes_first(&mut slots) } else { 0 };
+        let is_plane = |slot: &Slot| has_lanes && slot.kind == Kind::Plane;
+        slots.sort_by_key(|slot| !is_plane(slot));
+        let planes = slots.partition_point(is_plane);
         let mut firsts = slots;
         let mut slots = huge_page_vec(unbounded + bounded.len() + nothing.len());
         slots.append(&mut firsts);
@@ -231,10 +232,4 @@ impl<R: Real> Geometry<R> {
     pub fn build_work(&self) -> Option<BuildWork> {
         self.work
     }
-}
-
-/// Puts planes before what else has no bounds. How many there are.
-fn planes_first(slots: &mut [Slot]) -> usize {
-    slots.sort_by_key(|slot| slot.kind != Kind::Plane);
-    slots.iter().take_while(|slot| slot.kind == Kind::Plane).count()
 }

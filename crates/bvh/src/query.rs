@@ -19,6 +19,7 @@ use crate::shapes::{PreparedRay, Shape, ShapeHit};
 use crate::stats::TraversalCounter;
 
 use self::kind::{AnyHit, ClosestHit, QueryKind};
+use self::visitor::{RaySource, Visitor};
 
 /// No slot of a part: the hit lies in the scene's own set.
 const NO_PART: u32 = u32::MAX;
@@ -41,7 +42,7 @@ impl<R: Real> Geometry<R> {
         let Some(bvh) = self.lanes() else {
             return self.closest_prepared(ray, range, tally).map(|found| self.named(&found));
         };
-        let mut visitor = self.visitor(ray, ClosestHit::new(range), tally);
+        let mut visitor = Visitor::new(self, ray.culls, RaySource::Stored(ray), ClosestHit::new(range), tally);
         self.visit_stored(bvh, ray, &mut visitor);
         visitor.query.found.as_ref().map(|found| self.named(found))
     }
@@ -90,7 +91,7 @@ impl<R: Real> Geometry<R> {
         let mut accept = |found: SlotHit<R>| ask(&self.named(&found));
         let query = AnyHit::<_, true> { range, accept: &mut accept };
         match self.lanes() {
-            Some(bvh) => self.visit_stored(bvh, ray, &mut self.visitor(ray, query, tally)),
+            Some(bvh) => self.visit_stored(bvh, ray, &mut Visitor::new(self, ray.culls, RaySource::Stored(ray), query, tally)),
             None => self.visit_prepared(ray, query, tally),
         }
     }

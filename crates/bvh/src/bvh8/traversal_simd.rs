@@ -34,10 +34,7 @@ pub(super) trait TraversalSimd: Simd {
         stack.push_sorted(base, children, &self.to_array(entries), mask)
     }
     /// The exact test of a lane, where this has one of its own.
-    #[inline(always)]
-    fn crossing(self, _: &Triangle8, _: usize, _: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
-        Err(Unsure)
-    }
+    fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure>;
     /// [`super::leaf::triangles`], compiled for this and apart from the walk, whose registers it would take.
     fn settle<A: HitVisitor>(self, bvh: &Bvh8, number: usize, lanes: u32, aim: &LeafRay, answer: &mut A) -> bool;
     /// [`super::leaf::spheres`], the same way.

@@ -21,27 +21,16 @@ use super::{Bvh8, Child, WIDTH};
 use crate::math::simd::{Avx2, Avx512, Simd};
 use crate::shapes::TriangleHit;
 
-/// What both have in common.
-macro_rules! of_both {
-    () => {
-        #[inline(always)]
-        fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
-            // SAFETY: `self` says that the processor has AVX2.
-            unsafe { exact::crossing(block, lane, sight) }
-        }
-    };
-}
-
 impl TraversalSimd for Avx2 {
-    of_both!();
-
-    leaves!(Avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
+    leaves!(Avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"), exact::crossing);
 }
 
 impl TraversalSimd for Avx512 {
-    of_both!();
-
-    leaves!(Avx512, target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
+    leaves!(
+        Avx512,
+        target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"),
+        exact::crossing
+    );
 
     #[inline(always)]
     fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {

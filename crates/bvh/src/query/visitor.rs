@@ -12,13 +12,7 @@ use crate::shapes::{PreparedRay, Transform, TriangleHit};
 use crate::stats::TraversalCounter;
 
 impl<R: Real> Geometry<R> {
-    /// What shows a query a ray in the tree's own scalar. In its place from the start, where it is read: to move it would wait for its stores.
-    #[inline(always)]
-    pub(super) fn visitor<'a, Q, T>(&'a self, ray: &'a Ray<R>, query: Q, tally: &'a mut T) -> Visitor<'a, R, Q, T, false> {
-        Visitor::new(self, ray.culls, RaySource::Stored(ray), query, tally)
-    }
-
-    /// Shows a query what such a ray meets. Returns whether that ended it.
+    /// Shows a query what a ray in the tree's own scalar meets. Returns whether that ended it.
     #[inline(always)]
     pub(super) fn visit_stored<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -109,7 +103,7 @@ impl<R: Real> Geometry<R> {
 
 /// From what the ray of exact tests is made.
 #[derive(Clone, Copy)]
-enum RaySource<'a, R: Real> {
+pub(super) enum RaySource<'a, R: Real> {
     Stored(&'a Ray<R>),
     /// A ray of the world, and the map of an instance.
     Under(&'a Transform, &'a PreparedRay),
@@ -144,8 +138,9 @@ pub(super) struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
 }
 
 impl<'a, R: Real, Q, T, const MAPPED: bool> Visitor<'a, R, Q, T, MAPPED> {
+    /// In its place from the start, where it is read: to move it would wait for its stores.
     #[inline(always)]
-    fn new(geometry: &'a Geometry<R>, culls: bool, ray: RaySource<'a, R>, query: Q, tally: &'a mut T) -> Self {
+    pub fn new(geometry: &'a Geometry<R>, culls: bool, ray: RaySource<'a, R>, query: Q, tally: &'a mut T) -> Self {
         Self { geometry, culls, ray, prepared: None, query, rebase: RayReparametrisation::default(), tally }
     }
 }

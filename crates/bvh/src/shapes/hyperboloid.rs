@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::drift::off_bends;
-use super::frame::{disk_support, length, turn};
+use super::frame::{disk_support, length, spoke, turn};
 use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, Quadratic, approach, point_at, rarely};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, sample::area_by_quadrature, slack};
@@ -128,9 +128,7 @@ impl<R: Real> SampleArea<R> for Hyperboloid<R> {
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let y = (2.0 * u.to_f64() - 1.0) * self.half_height.to_f64();
-        let angle = v.to_f64() * core::f64::consts::TAU;
-        let radius = self.radius_at(y);
-        let offset = DVec3::new(radius * libm::cos(angle), y, radius * libm::sin(angle));
+        let offset = spoke(DVec3::Y, v.to_f64()) * self.radius_at(y) + DVec3::Y * y;
         (self.at(self.centre.to_f64() + offset, 0.0), 1.0 / self.inverse_density(y))
     }
 

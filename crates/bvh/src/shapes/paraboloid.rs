@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::drift::off_bends;
-use super::frame::{length, turn};
+use super::frame::{length, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, sample::area_by_quadrature, slack};
 use crate::ray::{Interval, Side};
@@ -104,9 +104,8 @@ impl<R: Real> SampleArea<R> for Paraboloid<R> {
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
-        let (share, angle) = (u.to_f64(), v.to_f64() * core::f64::consts::TAU);
-        let distance = share.sqrt() * self.radius.to_f64();
-        let offset = DVec3::new(distance * libm::cos(angle), share * self.height.to_f64(), distance * libm::sin(angle));
+        let distance = u.to_f64().sqrt() * self.radius.to_f64();
+        let offset = spoke(DVec3::Y, v.to_f64()) * distance + DVec3::Y * (u.to_f64() * self.height.to_f64());
         (self.at(self.apex.to_f64() + offset, 0.0), 1.0 / self.inverse_density(distance))
     }
 

@@ -18,18 +18,15 @@ pub struct Transform {
 impl Transform {
     /// From an f64 map; none when it can't be inverted in finite numbers.
     pub fn new(to_world: DAffine3) -> Option<Self> {
-        let inverse = accurate_inverse(to_world.matrix3);
-        let invertible = to_world.matrix3.determinant() != 0.0 && to_world.is_finite() && inverse.is_finite();
-        invertible.then(|| Self::with(to_world, inverse))
+        let transform = Self::of_invertible(to_world);
+        let invertible = to_world.matrix3.determinant() != 0.0 && to_world.is_finite() && transform.inverse.is_finite();
+        invertible.then_some(transform)
     }
 
     /// From an f64 map that is known to have an inverse. Where rounding has taken that, the way back leads to no numbers, and a
     /// ray of those hits nothing.
     pub(crate) fn of_invertible(to_world: DAffine3) -> Self {
-        Self::with(to_world, accurate_inverse(to_world.matrix3))
-    }
-
-    fn with(to_world: DAffine3, inverse: DMat3) -> Self {
+        let inverse = accurate_inverse(to_world.matrix3);
         let magnification = inverse.x_axis.length() + inverse.y_axis.length() + inverse.z_axis.length();
         Self { to_world, inverse, magnification }
     }

@@ -157,14 +157,6 @@ impl TriangleOrigin8 {
     }
 }
 
-/// The directions of a group, and the greatest distances that still count.
-#[inline(always)]
-fn group_of<S: Simd>(s: S, pencil: &PacketState, group: usize) -> ([S::Floats; 3], S::Floats) {
-    let (first, [x, y, z]) = (group * WIDTH, &pencil.directions);
-    let directions = [s.load_from(x, first), s.load_from(y, first), s.load_from(z, first)];
-    (directions, s.load_from(&pencil.far, first))
-}
-
 /// The triangles of a block.
 #[inline(always)]
 pub(super) fn block<S: Simd, M: PacketVisitor>(
@@ -179,8 +171,10 @@ pub(super) fn block<S: Simd, M: PacketVisitor>(
     let seen = TriangleOrigin8::new(s, bundle, &bvh.blocks[number], greatest_far(pencil));
     for lane in Lanes(seen.lanes) {
         for group in 0..GROUPS {
-            let (directions, far) = group_of(s, pencil, group);
-            let left = seen.undecided(s, lane, directions, [bundle.near, far]) & pencil.asked(group);
+            let (first, [x, y, z]) = (group * WIDTH, &pencil.directions);
+            let directions = [s.load_from(x, first), s.load_from(y, first), s.load_from(z, first)];
+            let range = [bundle.near, s.load_from(&pencil.far, first)];
+            let left = seen.undecided(s, lane, directions, range) & pencil.asked(group);
             if left != 0 {
                 let rays = exact.get_or_insert_with(|| rays(pencil));
                 settle(s, bvh, [number, lane, group], left, &rays[group], pencil, meets);
