@@ -77,7 +77,7 @@ impl RoughInverse {
     /// An entry is wrong by u of itself, u = 2⁻²⁴, a difference from the translation by 2 u, products and their sums by 3 u, and what a ray is made
     /// of that by 2 u more. Half as much again covers what twice rounding leaves of a translation, too.
     fn new(transform: &Transform) -> Self {
-        let (inverse, translation) = transform.inverse();
+        let (inverse, translation) = (transform.inverse, transform.to_world.translation);
         let columns = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
         let largest = columns.iter().fold(0.0_f64, |all, column| all.max(column.abs().max_element()));
         let [least, most] = Self::SIZES;

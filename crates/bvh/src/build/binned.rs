@@ -11,7 +11,7 @@ use core::ops::Range;
 
 use rayon::prelude::*;
 
-use self::split::{Item, Split, split};
+use self::split::{Item, split};
 use super::{LeafKind, LeafKindOf, Stop};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::{Binary, BinaryNode};
@@ -145,7 +145,7 @@ impl Builder<'_> {
     /// Two parts of the items, each with room, neither empty.
     fn parted<'i, 'r>(&self, [items, other]: [&'i mut [Item]; 2], room: Room<'r>) -> ([[&'i mut [Item]; 2]; 2], [Room<'r>; 2]) {
         let halve = halvings(items.len()) >= room.levels;
-        let Split { middle, moved } = split(items, other, self.manner, self.blocks, halve);
+        let (middle, moved) = split(items, other, self.manner, self.blocks, halve);
         let (from, to) = if moved { (other, items) } else { (items, other) };
         let ((a, b), (c, d)) = (from.split_at_mut(middle), to.split_at_mut(middle));
         ([[a, c], [b, d]], room.parted(middle))

@@ -41,7 +41,7 @@ pub(crate) struct PacketState {
     /// The excluded lower end of distances.
     near: f32,
     /// The greatest distance that still counts of each ray: that of its hit where it has one.
-    far: [f32; RAYS],
+    pub far: [f32; RAYS],
     /// The other numbers of its hit, and the slots.
     rest: [[f32; RAYS]; 2],
     slots: [[u32; RAYS]; 2],
@@ -72,11 +72,6 @@ impl PacketState {
         let ray = ray & (RAYS - 1);
         let found = self.slots[0][ray] != Self::NOTHING;
         found.then(|| ([self.far[ray], self.rest[0][ray], self.rest[1][ray]], [self.slots[0][ray], self.slots[1][ray]]))
-    }
-
-    /// The greatest distance of a ray that still counts.
-    pub fn far(&self, ray: usize) -> f32 {
-        self.far[ray & (RAYS - 1)]
     }
 
     /// A ray, at no time.

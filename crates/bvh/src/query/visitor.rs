@@ -152,7 +152,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisit
 
     #[inline(always)]
     fn starts(&mut self, at: f32) {
-        self.rebase = RayReparametrisation::from(at);
+        self.rebase = RayReparametrisation { start: at.into(), scale: 1.0 };
     }
 
     #[inline(always)]

@@ -34,7 +34,7 @@ impl<'a> Maps<'a> {
 
     /// How long in the space of the shape at most is what is one in each axis of the world.
     fn magnification(self) -> f64 {
-        let own = self.map.magnification();
+        let own = self.map.magnification;
         self.outer.map_or(own, |outer| own * outer.magnification())
     }
 }

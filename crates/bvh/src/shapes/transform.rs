@@ -10,9 +10,11 @@ use crate::scalar::{Real, Vector};
 /// An invertible affine map, with the inverse of its linear part.
 #[derive(Clone, Copy, Debug)]
 pub struct Transform {
-    pub(super) to_world: DAffine3,
-    inverse: DMat3,
-    magnification: f64,
+    pub(crate) to_world: DAffine3,
+    /// The way back, once the translation is taken from a point.
+    pub(crate) inverse: DMat3,
+    /// How long in object space at most is what is one in each axis of the world.
+    pub(super) magnification: f64,
 }
 
 impl Transform {
@@ -29,11 +31,6 @@ impl Transform {
         let inverse = accurate_inverse(to_world.matrix3);
         let magnification = inverse.x_axis.length() + inverse.y_axis.length() + inverse.z_axis.length();
         Self { to_world, inverse, magnification }
-    }
-
-    /// The way back: the inverse of the matrix, and what is taken from a point first.
-    pub(crate) fn inverse(&self) -> (DMat3, DVec3) {
-        (self.inverse, self.to_world.translation)
     }
 
     /// The box of the world around a sphere of object space.
@@ -78,11 +75,6 @@ impl Transform {
     /// A normal by the inverse transpose, not brought to unit length.
     pub fn normal_to_world(&self, normal: DVec3) -> DVec3 {
         self.inverse.transpose_mul_vec3(normal)
-    }
-
-    /// How long in object space at most is what is one in each axis of the world.
-    pub fn magnification(&self) -> f64 {
-        self.magnification
     }
 
     /// Texture coordinates of object space in the world: the derivative turns with the map.

@@ -58,14 +58,9 @@ impl Item {
     }
 }
 
-/// What a split did: the first so many items are the left part, in the other array where they were moved.
-pub(super) struct Split {
-    pub middle: usize,
-    pub moved: bool,
-}
-
-/// Splits two items or more, so that neither part is empty; in half where told so.
-pub(super) fn split(items: &mut [Item], other: &mut [Item], manner: Manner, blocks: bool, halve: bool) -> Split {
+/// Splits two items or more, so that neither part is empty; in half where told so. Returns how many items are the left part, and whether they
+/// were moved into the other array.
+pub(super) fn split(items: &mut [Item], other: &mut [Item], manner: Manner, blocks: bool, halve: bool) -> (usize, bool) {
     if !halve && items.len() > 2 {
         let best = if items.len() <= manner.sample {
             cheapest(|| items.iter(), items.len(), blocks)
@@ -78,11 +73,11 @@ pub(super) fn split(items: &mut [Item], other: &mut [Item], manner: Manner, bloc
         if let Some(best) = best {
             let middle = best.part(items, other);
             if 0 < middle && middle < items.len() {
-                return Split { middle, moved: true };
+                return (middle, true);
             }
         }
     }
-    Split { middle: halved(items), moved: false }
+    (halved(items), false)
 }
 
 /// Halves the items along the longest of the three axes and size: boxes inside one another differ in nothing else.
