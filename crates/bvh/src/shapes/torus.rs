@@ -84,15 +84,6 @@ impl<R: Real> Torus<R> {
         Some(Profile { quartic, reach, middle: ahead, scale: major * inverse_length })
     }
 
-    /// The root that was stored as a hit's distance.
-    fn unrounded(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Option<f64> {
-        let profile = self.profile(probe)?;
-        profile.quartic.crossings(profile.reach, |x, enters| {
-            let t = profile.middle + profile.scale * x;
-            (R::from_f64(t) == hit.t && enters != hit.leaves()).then_some(t)
-        })
-    }
-
     /// The point of the tube around the circle's point in direction `spoke`, in the direction `normal` from there.
     fn on_tube(&self, spoke: DVec3, normal: DVec3) -> SurfacePoint {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
@@ -131,8 +122,11 @@ impl<R: Real> Shape<R> for Torus<R> {
             (spoke, offset - spoke * major)
         };
         // In a map's space and from far the rounding of the stored distance may be large: the root is looked up again.
-        let looked_up = probe.needs_unrounded(hit.t, self.minor_radius);
-        let exact = if looked_up { self.unrounded(probe, hit) } else { None };
+        let profile = if probe.needs_unrounded(hit.t, self.minor_radius) { self.profile(probe) } else { None };
+        let exact = profile.and_then(|Profile { quartic, reach, middle, scale }| {
+            let stored = |t: f64, enters: bool| R::from_f64(t) == hit.t && enters != hit.leaves();
+            quartic.crossings(reach, |x, enters| Some(middle + scale * x).filter(|&t| stored(t, enters)))
+        });
         let raw = exact.map_or_else(|| probe.at(hit.t), |t| probe.origin + probe.direction * t);
         let (spoke, off) = tube(raw - centre);
         let minor = self.minor_radius.to_f64();
