@@ -92,7 +92,7 @@ pub(crate) enum LeafKind {
 pub(crate) type LeafKindOf<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
 
 /// Boxes that a thread looks at in one piece. Nothing depends on it.
-const PIECE: usize = 4096;
+pub(crate) const PIECE: usize = 4096;
 
 /// Whether a build is to be given up, asked between its passes.
 pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);

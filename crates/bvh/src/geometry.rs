@@ -8,7 +8,7 @@ use core::mem::take;
 use rayon::prelude::*;
 
 use crate::aabb::{Aabb, BoundingSphere, PaddedBox};
-use crate::build::{AcceleratorKind, Build, BuildWork, Stop, build};
+use crate::build::{AcceleratorKind, Build, BuildWork, PIECE, Stop, build};
 use crate::bvh8::{Bvh8, Kernel};
 use crate::memory::{filled, huge_page_vec};
 use crate::primitive_set::{Kind, PrimitiveSet, Slot, few};
@@ -33,9 +33,6 @@ pub struct Geometry<R: Real> {
     /// Around that.
     pub(crate) sphere: BoundingSphere,
 }
-
-/// Primitives that a thread looks at in one piece. Nothing depends on it.
-const PIECE: usize = 4096;
 
 /// Primitives by whether a tree can hold them.
 struct Sorted {

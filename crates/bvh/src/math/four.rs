@@ -6,7 +6,7 @@ use core::ops::{Add, Div, Mul, Sub};
 use glam::{DVec4, Vec4};
 
 /// What formulas need of four scalars.
-pub trait Four<R: Copy>:
+pub trait Four<R>:
     Copy
     + From<[R; 4]>
     + Into<[R; 4]>
@@ -17,21 +17,6 @@ pub trait Four<R: Copy>:
     + Mul<R, Output = Self>
     + Div<R, Output = Self>
 {
-    /// From their numbers.
-    #[inline(always)]
-    fn from_row(row: [R; 4]) -> Self {
-        row.into()
-    }
-    /// Their numbers.
-    #[inline(always)]
-    fn row(self) -> [R; 4] {
-        self.into()
-    }
-    /// The same number four times.
-    #[inline(always)]
-    fn splat(value: R) -> Self {
-        [value; 4].into()
-    }
 }
 
 impl Four<f32> for Vec4 {}

@@ -10,7 +10,7 @@ use crate::shapes::PreparedRay;
 use crate::stats::TraversalCounter;
 
 /// A kind of query: what it takes of a leaf, and what it makes of a hit.
-pub(super) trait QueryKind<R: Real> {
+pub(super) trait QueryKind<R: Real>: Sized {
     /// Whether any hit will do.
     const ANY: bool;
     /// Where hits count.
@@ -19,10 +19,7 @@ pub(super) trait QueryKind<R: Real> {
     fn far(&self) -> R;
     /// The same query by this ray.
     #[inline(always)]
-    fn in_space_of(self, _ray: &PreparedRay) -> Self
-    where
-        Self: Sized,
-    {
+    fn in_space_of(self, _ray: &PreparedRay) -> Self {
         self
     }
     /// The lanes of a leaf that matter, and those of them any hit of which ends the query: all and none unless said otherwise.

@@ -52,9 +52,9 @@ impl<R: Real> Cuboid<R> {
         Some(span)
     }
 
-    /// The point, kept on its face and within its border by the rounding to storage.
+    /// The surface at a point near a face: the point is kept on that and within its border by the rounding to storage.
     #[inline(always)]
-    fn on_face(&self, raw: DVec3, axis: usize, greater: bool) -> DVec3 {
+    fn located(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let at = |i: usize| {
             let (min, max) = (self.min.axis(i), self.max.axis(i));
             if i == axis {
@@ -62,16 +62,9 @@ impl<R: Real> Cuboid<R> {
             }
             raw[i].min(max.next_down().to_f64()).max(min.next_up().to_f64())
         };
-        DVec3::new(at(0), at(1), at(2))
-    }
-
-    /// The surface at a point near a face.
-    #[inline(always)]
-    fn located(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let size = self.min.abs().max(self.max.abs()).to_f64().max_element();
-        let sign = if greater { 1.0 } else { -1.0 };
-        let normal = Self::face::<DVec3, f64>(axis, sign);
-        SurfacePoint::new(self.on_face(raw, axis, greater), normal, slack(size))
+        let normal = Self::face::<DVec3, f64>(axis, if greater { 1.0 } else { -1.0 });
+        SurfacePoint::new(DVec3::new(at(0), at(1), at(2)), normal, slack(size))
     }
 
     /// From a point of a face to where a ray starts that goes in: inside of all faces, so far as it may drift against each. What

@@ -66,12 +66,6 @@ impl Transform {
         }
     }
 
-    /// A surface of the world in object space, without a bound: the point by the inverse, the normal by the transpose.
-    pub fn located_to_object(&self, s: &SurfacePoint) -> SurfacePoint {
-        let normal = self.to_world.matrix3.transpose_mul_vec3(s.normal).normalize();
-        SurfacePoint::new(self.inverse * (s.point - self.to_world.translation), normal, 0.0)
-    }
-
     /// A normal by the inverse transpose, not brought to unit length.
     pub fn normal_to_world(&self, normal: DVec3) -> DVec3 {
         self.inverse.transpose_mul_vec3(normal)

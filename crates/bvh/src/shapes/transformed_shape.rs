@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::sample::area_by_quadrature;
 use super::{AnyShape, Maps, Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, Transform, Under};
+use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -23,6 +24,39 @@ impl<R: Real> TransformedShape<R> {
     pub fn new(shape: AnyShape<R>, to_world: DAffine3) -> Option<Self> {
         let volume = to_world.matrix3.determinant().abs();
         Transform::new(to_world).map(|transform| Self { shape, transform, volume })
+    }
+
+    /// How far the image reaches in a direction of the world.
+    pub fn support(&self, direction: DVec3) -> Option<f64> {
+        let DAffine3 { matrix3: matrix, translation } = self.transform.to_world;
+        Some(self.shape.support(matrix.transpose() * direction)? + translation.dot(direction))
+    }
+
+    /// The least box around the image; none for a shape without bounds.
+    pub fn bounds(&self) -> Option<Aabb> {
+        Aabb::from_support(|d| self.support(d))
+    }
+
+    /// The nearest hit, as [`Shape::intersect`].
+    #[inline]
+    pub fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        self.shape.intersect(&self.transform.probe_to_object(probe), range, side)
+    }
+
+    /// The surface at a hit, as [`Shape::locate`].
+    pub fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
+        self.locate_under(probe, hit, None)
+    }
+
+    /// The surface at a hit of a ray that comes from the world by the inverses of these maps.
+    pub(crate) fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, outer: Under<'_>) -> SurfacePoint {
+        let maps = Maps::new(&self.transform, outer.as_ref());
+        self.transform.located_to_world(&self.shape.locate_under(&self.transform.probe_to_object(probe), hit, Some(maps)))
+    }
+
+    /// Texture coordinates at a hit, as [`Shape::parameters`].
+    pub fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        self.transform.parameters_to_world(&self.shape.parameters(&self.transform.probe_to_object(probe), hit))
     }
 
     /// How many times larger the image of a piece of surface is, by its unit normal in object space.
@@ -62,7 +96,10 @@ impl<R: Real> TransformedShape<R> {
 
     /// The density per area of drawing a point of the image; none when the area is infinite.
     pub fn density_at(&self, point: &SurfacePoint) -> Option<f64> {
-        let own = self.transform.located_to_object(point);
+        // Without a bound: the point by the inverse, the normal by the transpose.
+        let Transform { to_world, inverse, .. } = &self.transform;
+        let normal = to_world.matrix3.transpose_mul_vec3(point.normal).normalize();
+        let own = SurfacePoint::new(*inverse * (point.point - to_world.translation), normal, 0.0);
         let stretch = self.stretch(own.normal);
         Some(self.shape.density(&own)? / stretch)
     }
@@ -70,27 +107,6 @@ impl<R: Real> TransformedShape<R> {
     /// The shape under the map.
     pub fn shape(&self) -> &AnyShape<R> {
         &self.shape
-    }
-}
-
-impl<R: Real> Shape<R> for TransformedShape<R> {
-    fn support(&self, direction: DVec3) -> Option<f64> {
-        let own = self.transform.to_world.matrix3.transpose() * direction;
-        Some(self.shape.support(own)? + self.transform.to_world.translation.dot(direction))
-    }
-
-    #[inline]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        self.shape.intersect(&self.transform.probe_to_object(probe), range, side)
-    }
-
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, outer: Under<'_>) -> SurfacePoint {
-        let maps = Maps::new(&self.transform, outer.as_ref());
-        self.transform.located_to_world(&self.shape.locate_under(&self.transform.probe_to_object(probe), hit, Some(maps)))
-    }
-
-    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        self.transform.parameters_to_world(&self.shape.parameters(&self.transform.probe_to_object(probe), hit))
     }
 }
 
