@@ -229,7 +229,11 @@ impl Bvh8 {
 
     /// Which code walks it.
     pub fn kernel(&self) -> Kernel {
-        self.kernel.name()
+        match self.kernel {
+            Chosen::Portable(_) => Kernel::Portable,
+            Chosen::Avx2(_) => Kernel::Avx2,
+            Chosen::Avx512(_) => Kernel::Avx512,
+        }
     }
 
     /// Lets other code walk it; the portable one where the processor can't run that.
@@ -245,14 +249,11 @@ impl Bvh8 {
             + size_of_val(self.rows.as_slice())
     }
 
-    /// Bytes of the rows of so many spheres or planes.
-    pub fn bytes_of_rows(count: u64) -> u64 {
-        count.div_ceil(WIDTH as u64).saturating_mul(size_of::<Row>() as u64)
-    }
-
-    /// Bytes of the blocks of so many triangles where they are filled one after the other.
-    pub fn bytes_of_full_blocks(triangles: u64) -> u64 {
-        triangles.div_ceil(WIDTH as u64).saturating_mul((size_of::<Triangle8>() + size_of::<LeafHeader>()) as u64)
+    /// Bytes of the rows of so many spheres or planes, and of the blocks of so many triangles where they are filled one after the other.
+    pub fn bytes_of_flat(spheres: u64, triangles: u64) -> u64 {
+        let eights = |count: u64, bytes: usize| count.div_ceil(WIDTH as u64).saturating_mul(bytes as u64);
+        let blocks = eights(triangles, size_of::<Triangle8>() + size_of::<LeafHeader>());
+        eights(spheres, size_of::<Row>()).saturating_add(blocks)
     }
 
     /// The most bytes that the tree over so many spheres, triangles and other primitives takes.

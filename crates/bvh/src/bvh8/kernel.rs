@@ -48,14 +48,6 @@ impl Chosen {
             Kernel::Avx512 => Avx512::detect().map(Self::Avx512),
         }
     }
-
-    pub fn name(self) -> Kernel {
-        match self {
-            Self::Portable(_) => Kernel::Portable,
-            Self::Avx2(_) => Kernel::Avx2,
-            Self::Avx512(_) => Kernel::Avx512,
-        }
-    }
 }
 
 /// The fastest that this processor can run.
