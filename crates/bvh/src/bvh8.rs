@@ -61,43 +61,32 @@ const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 struct Child(u32);
 
 impl Child {
-    const LEAF: u32 = 1 << 31;
-    const OTHER: u32 = 1 << 30;
-    /// Of those that are no blocks. There are fewer than 2²⁷ primitives.
-    const ROW: u32 = 1 << 29;
+    /// Kinds, in the bits above an index: there are fewer than 2²⁷ primitives.
+    const INNER: u32 = 0;
+    const BLOCK: u32 = 0b100 << 29;
+    const OTHER: u32 = 0b110 << 29;
+    const ROW: u32 = 0b111 << 29;
     /// No child: a leaf of nothing.
     const NONE: Self = Self(u32::MAX);
 
-    fn inner(node: usize) -> Self {
-        Self(node as u32)
-    }
-
-    fn block(block: usize) -> Self {
-        Self(Self::LEAF | block as u32)
-    }
-
-    fn other(place: usize) -> Self {
-        Self(Self::LEAF | Self::OTHER | place as u32)
-    }
-
-    fn row(row: usize) -> Self {
-        Self(Self::LEAF | Self::OTHER | Self::ROW | row as u32)
+    fn new(kind: u32, index: usize) -> Self {
+        Self(kind | index as u32)
     }
 
     #[inline(always)]
     fn is_leaf(self) -> bool {
-        self.0 & Self::LEAF != 0
+        self.0 & Self::BLOCK != 0
     }
 
     #[inline(always)]
     fn is_block(self) -> bool {
-        self.0 & Self::OTHER == 0
+        self.0 & (Self::OTHER ^ Self::BLOCK) == 0
     }
 
     /// Of a leaf that is something and no block: whether spheres are in it.
     #[inline(always)]
     fn is_row(self) -> bool {
-        self.0 & Self::ROW != 0
+        self.0 & (Self::ROW ^ Self::OTHER) != 0
     }
 
     /// The same among nodes, blocks, places and rows that begin later by so much.
@@ -121,7 +110,7 @@ impl Child {
     /// Of the block, the row or the place.
     #[inline(always)]
     fn index(self) -> usize {
-        (self.0 & !(Self::LEAF | Self::OTHER | Self::ROW)) as usize
+        (self.0 & !Self::ROW) as usize
     }
 }
 

@@ -138,11 +138,11 @@ impl Collapse<'_> {
                     LaneContent::Inner(node) => {
                         work.push((piece.nodes.len(), node, depth + 1));
                         piece.nodes.push(Node::EMPTY);
-                        Child::inner(piece.nodes.len() - 1)
+                        Child::new(Child::INNER, piece.nodes.len() - 1)
                     }
                     LaneContent::Other(place) => {
                         piece.order.push(place);
-                        Child::other(piece.order.len() - 1)
+                        Child::new(Child::OTHER, piece.order.len() - 1)
                     }
                     LaneContent::Several(company, places) => piece.leaf(company, &places),
                 };
@@ -162,13 +162,13 @@ impl Piece {
         match company {
             LeafKind::Spheres if count > 1 => {
                 self.rows.push(Row::room(RowKind::Spheres, first, count));
-                Child::row(self.rows.len() - 1)
+                Child::new(Child::ROW, self.rows.len() - 1)
             }
             LeafKind::Triangles => {
                 self.facts.push(LeafHeader::new(first, count));
-                Child::block(self.facts.len() - 1)
+                Child::new(Child::BLOCK, self.facts.len() - 1)
             }
-            _ => Child::other(first),
+            _ => Child::new(Child::OTHER, first),
         }
     }
 }
@@ -196,7 +196,7 @@ impl Bvh8 {
         for (job, piece) in top.jobs.iter().zip(pieces) {
             let bases = [bvh.nodes.len(), bvh.facts.len(), order.len(), bvh.rows.len()];
             let bases @ [_, _, place, ..] = bases.map(|base| base as u32);
-            bvh.nodes[job.slot].children[job.lane] = Child::inner(bvh.nodes.len());
+            bvh.nodes[job.slot].children[job.lane] = Child::new(Child::INNER, bvh.nodes.len());
             let moved = |mut source: Node| {
                 source.children = source.children.map(|child| child.moved(bases));
                 source

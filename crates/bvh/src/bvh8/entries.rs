@@ -59,7 +59,11 @@ macro_rules! traversals {
                 s, bvh: &Bvh8, inverse: &RoughInverse, bounds: &BoundingSphere, ray: &PreparedRay, answer: &mut A
             ) { traverse_instance(s, bvh, inverse, bounds, ray, answer) } -> Option<bool>;
             /// The rows that every query tests.
-            pub(super) fn rows<A: HitVisitor>(s, bvh: &Bvh8, answer: &mut A) { rows(s, bvh, answer) } -> bool;
+            pub(super) fn rows<A: HitVisitor>(
+                s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A
+            ) { rows(s, bvh, &PreparedRay::in_world([ox, oy, oz], [dx, dy, dz]), answer) } -> bool;
+            /// The same for a ray in the space of an instance.
+            pub(super) fn rows_mapped<A: HitVisitor>(s, bvh: &Bvh8, line: &PreparedRay, answer: &mut A) { rows(s, bvh, line, answer) } -> bool;
             /// Blocks and the rest where there are no nodes.
             pub(super) fn blocks<A: HitVisitor>(s, bvh: &Bvh8, aim: &LeafRay, answer: &mut A) { blocks(s, bvh, aim, answer) } -> bool;
             /// Rays from one point.
@@ -85,7 +89,9 @@ macro_rules! leaves {
             fn settle<A: HitVisitor>(s, bvh: &Bvh8, number: usize, lanes: u32, aim: &LeafRay, answer: &mut A) {
                 triangles(s, bvh, number, lanes, aim, answer)
             } -> bool;
-            fn spheres<A: HitVisitor>(s, bvh: &Bvh8, leaf: Child, answer: &mut A) { spheres(s, bvh, leaf, answer) } -> bool;
+            fn spheres<A: HitVisitor>(s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, line: &mut Option<PreparedRay>, answer: &mut A) {
+                spheres(s, bvh, leaf, aim, line, answer)
+            } -> bool;
         }
     };
 }

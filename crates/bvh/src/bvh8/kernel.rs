@@ -72,12 +72,12 @@ impl Bvh8 {
     /// Shows `answer` what the ray meets. Whether it ended the traversal.
     #[inline(always)]
     pub(crate) fn visit<R: Real, A: HitVisitor>(&self, ray: &Ray<R>, range: Interval<R>, answer: &mut A) -> bool {
-        if self.always > 0 && with!(self.kernel, s => s.rows(self, answer)) {
-            return true;
-        }
         // One by one, and on in registers: a load of two numbers would wait for both stores of whoever has just made the ray.
         let one = |axis: usize| (opaque(ray.origin.axis(axis).to_f32()), opaque(ray.direction.axis(axis).to_f32()));
         let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], range.min.to_f32());
+        if self.always > 0 && with!(self.kernel, s => s.rows(self, ox, oy, oz, dx, dy, dz, answer)) {
+            return true;
+        }
         if self.nodes.is_empty() {
             if self.blocks.is_empty() && self.others.is_empty() {
                 return false;
@@ -96,8 +96,11 @@ impl Bvh8 {
     /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`TraversalRay::mapped`].
     #[inline(never)]
     pub(crate) fn visit_mapped<A: HitVisitor>(&self, setup: &TraversalRay, answer: &mut A) -> bool {
-        if self.always > 0 && with!(self.kernel, s => s.rows(self, answer)) {
-            return true;
+        if self.always > 0 {
+            let line = *answer.prepared();
+            if with!(self.kernel, s => s.rows_mapped(self, &line, answer)) {
+                return true;
+            }
         }
         if self.nodes.is_empty() {
             return self.visit_flat(&setup.aim, answer);

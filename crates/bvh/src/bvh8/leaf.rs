@@ -11,7 +11,7 @@ use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, Lanes};
 use crate::math::simd::Simd;
-use crate::shapes::TriangleHit;
+use crate::shapes::{PreparedRay, TriangleHit};
 use crate::stats::TraversalCounter;
 
 /// The lanes of a block that the exact test is asked about, with a far end as it is and as boxes use it. None where what the filter says ended the
@@ -63,23 +63,32 @@ fn alone<A: HitVisitor>(block: &Triangle8, lane: usize, answer: &mut A) -> Optio
 }
 
 #[inline(always)]
-fn row<S: Simd, A: HitVisitor>(s: S, row: &Row, answer: &mut A) -> bool {
+fn row<S: Simd, A: HitVisitor>(s: S, row: &Row, line: &PreparedRay, answer: &mut A) -> bool {
     answer.counter().primitives(|| row.facts.count.into());
-    let (range, culls) = (answer.range(), answer.culls());
-    let found = row.hits(s, answer.prepared(), range, culls);
+    let found = row.hits(s, line, answer.range(), answer.culls());
     found.hits != 0 && answer.row(&row.facts, &found.stored(s))
 }
 
 /// A leaf of spheres.
 #[inline(always)]
-pub(super) fn spheres<S: Simd, A: HitVisitor>(s: S, bvh: &Bvh8, leaf: Child, answer: &mut A) -> bool {
-    row(s, &bvh.rows[bvh.always + leaf.index()], answer)
+pub(super) fn spheres<S: Simd, A: HitVisitor>(
+    s: S,
+    bvh: &Bvh8,
+    leaf: Child,
+    aim: &LeafRay,
+    line: &mut Option<PreparedRay>,
+    answer: &mut A,
+) -> bool {
+    // Made for the first row that the ray meets.
+    let line =
+        line.get_or_insert_with(|| if A::MAPPED { *answer.prepared() } else { PreparedRay::in_world(aim.origin, aim.direction) });
+    row(s, &bvh.rows[bvh.always + leaf.index()], line, answer)
 }
 
 /// The rows that every query meets.
 #[inline(always)]
-pub(super) fn rows<S: Simd, A: HitVisitor>(s: S, bvh: &Bvh8, answer: &mut A) -> bool {
-    bvh.rows[..bvh.always].iter().any(|one| row(s, one, answer))
+pub(super) fn rows<S: Simd, A: HitVisitor>(s: S, bvh: &Bvh8, line: &PreparedRay, answer: &mut A) -> bool {
+    bvh.rows[..bvh.always].iter().any(|one| row(s, one, line, answer))
 }
 
 /// Each block, and then what comes in no block, where there are no nodes.

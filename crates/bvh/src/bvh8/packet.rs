@@ -16,14 +16,13 @@ use glam::Vec3;
 
 use self::bundle::Bundle;
 use self::triangles::{Rays8, block};
-use super::row::{RayLanes, Row};
+use super::row::{RaysF64, Row};
 use super::stack::Stack;
 use super::traversal_ray::TraversalRay;
 use super::traversal_simd::TraversalSimd;
 use super::{Bvh8, Child, Lanes, WIDTH};
 use crate::math::simd::Simd;
 use crate::ray::Ray;
-use crate::shapes::PreparedRay;
 
 /// Vectors of rays in a pencil.
 const GROUPS: usize = 2;
@@ -183,12 +182,11 @@ fn rows_of_lanes<S: Simd, M: PacketVisitor>(s: S, rows: &[Row], pencil: &mut Pac
             return;
         }
         let row = |axis: usize| -> [f32; WIDTH] { core::array::from_fn(|lane| pencil.directions[axis][first + lane]) };
-        let rays = RayLanes::new(s, origin, [&row(0), &row(1), &row(2)]);
+        let lines = RaysF64::new(s, origin, [&row(0), &row(1), &row(2)], pencil.culls);
         for row in rows {
             for lane in 0..usize::from(row.facts.count) {
                 let far: [f32; WIDTH] = core::array::from_fn(|lane| pencil.far[first + lane]);
-                let probe = |ray| PreparedRay::of(pencil.ray(first + ray), false);
-                let found = row.lane(s, lane, &rays, [s.splat(pencil.near), s.load(&far)], pencil.culls, probe);
+                let found = row.lane(s, lane, &lines, pencil.near, s.load(&far));
                 if found.hits == 0 {
                     continue;
                 }

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use super::triangle8::LeafHeader;
 use super::{Lanes, WIDTH};
 use crate::math::simd::{Simd, dot_f64, splat3_f64};
-use crate::ray::{Interval, Side, Visibility};
+use crate::ray::{Interval, Ray, Side, Visibility};
 use crate::scalar::Real;
 use crate::shapes::{FAR, PreparedRay, Shape, ShapeHit, Sphere};
 
@@ -67,7 +67,7 @@ impl Row {
     /// Where a ray hits them.
     #[inline(always)]
     pub(super) fn hits<S: Simd>(&self, s: S, probe: &PreparedRay, range: Interval<f32>, culls: bool) -> RowHits<S::Floats> {
-        let rays = RayLanes::<S> {
+        let rays = RayLanes {
             origin: splat3_f64(s, probe.origin),
             direction: splat3_f64(s, probe.direction),
             length_squared: s.splat_f64(probe.length_squared),
@@ -78,37 +78,30 @@ impl Row {
         let sides = [self.facts.outside_alone(culls).into(), self.facts.inside.into()];
         // One by one: a closure would not have the instructions of the function that it is in.
         let places = [s.widen(&self.places[0]), s.widen(&self.places[1]), s.widen(&self.places[2])];
-        let [x, y, z] = &self.rest;
+        // By value: a ray that is referred to would lie in memory for the rare case.
+        let ([x, y, z], probe) = (&self.rest, *probe);
         match self.kind {
-            RowKind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, |lane| {
-                self.sphere(lane).intersect(probe, range, self.side(lane, culls))
+            RowKind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, move |lane| {
+                self.sphere(lane).intersect(&probe, range, self.side(lane, culls))
             }),
             RowKind::Planes => planes(s, places, [s.widen(x), s.widen(y), s.widen(z)], &rays, ends, sides),
         }
     }
 
-    /// Where eight rays hit one of them, beyond the first of their ends and up to the second: a bit a ray. `probe` is a ray by itself.
+    /// Where eight rays hit one of them, up to `far`: a bit a ray.
     #[inline(always)]
-    pub(super) fn lane<S: Simd>(
-        &self,
-        s: S,
-        lane: usize,
-        rays: &RayLanes<S>,
-        ends: [S::Floats; 2],
-        culls: bool,
-        probe: impl Fn(usize) -> PreparedRay,
-    ) -> RowHits<S::Floats> {
+    pub(super) fn lane<S: Simd>(&self, s: S, lane: usize, lines: &RaysF64<S>, near: f32, far: S::Floats) -> RowHits<S::Floats> {
         let lane = lane & (WIDTH - 1);
         let of = |rows: &[[f32; WIDTH]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]).as_dvec3();
         let only = |side: u8| if side >> lane & 1 == 0 { 0 } else { 0xff };
-        let sides = [only(self.facts.outside_alone(culls)), only(self.facts.inside)];
-        let (places, rest) = (splat3_f64(s, of(&self.places)), of(&self.rest));
+        let sides = [only(self.facts.outside_alone(lines.culls)), only(self.facts.inside)];
+        let (places, rest, ends) = (splat3_f64(s, of(&self.places)), of(&self.rest), [s.splat(near), far]);
         match self.kind {
-            RowKind::Spheres => spheres(s, places, s.splat_f64(rest.x), rays, ends, sides, |ray| {
-                let [near, far] = ends.map(|end| s.to_array(end)[ray]);
-                self.sphere(lane).intersect(&probe(ray), Interval { min: near, max: far.next_up() }, self.side(lane, culls))
+            RowKind::Spheres => spheres(s, places, s.splat_f64(rest.x), &lines.rays, ends, sides, |ray| {
+                let range = Interval { min: near, max: s.to_array(far)[ray].next_up() };
+                self.sphere(lane).intersect(&lines.probe(ray), range, self.side(lane, lines.culls))
             }),
-            RowKind::Planes => planes(s, places, splat3_f64(s, rest), rays, ends, sides),
+            RowKind::Planes => planes(s, places, splat3_f64(s, rest), &lines.rays, ends, sides),
         }
     }
 
@@ -126,25 +119,13 @@ impl Row {
     }
 }
 
-/// A ray for each lane, with what these tests need of a [`PreparedRay`]: the same one for eight spheres or planes, or eight for one.
-pub(super) struct RayLanes<S: Simd> {
+/// A ray for each lane: the same one for eight spheres or planes, or eight for one.
+struct RayLanes<S: Simd> {
     origin: [S::Doubles; 3],
     direction: [S::Doubles; 3],
     length_squared: S::Doubles,
     shortened: S::Doubles,
     inverse_length_squared: S::Doubles,
-}
-
-impl<S: Simd> RayLanes<S> {
-    /// Eight rays from one point, by the operations of a probe, in lanes.
-    #[inline(always)]
-    pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3]) -> Self {
-        let direction = [s.widen(x), s.widen(y), s.widen(z)];
-        let length_squared = dot_f64(s, direction, direction);
-        let inverse_length_squared = s.div_f64(s.splat_f64(1.0), length_squared);
-        let shortened = s.mul_f64(length_squared, s.splat_f64(PreparedRay::SHORTER));
-        Self { origin: splat3_f64(s, origin), direction, length_squared, shortened, inverse_length_squared }
-    }
 }
 
 #[inline(always)]
@@ -226,4 +207,30 @@ fn planes<S: Simd>(
     let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
     let against = s.greater_f64(s.splat_f64(0.0), slope);
     RowHits { hits: finite & !(outside_alone & !against) & !(inside_alone & against), leaving: 0, t }
+}
+
+/// Eight rays from one point, with what these tests need of a [`PreparedRay`].
+pub(super) struct RaysF64<S: Simd> {
+    rays: RayLanes<S>,
+    origin: DVec3,
+    rows: [[f32; WIDTH]; 3],
+    culls: bool,
+}
+
+impl<S: Simd> RaysF64<S> {
+    /// By the operations of a probe, in lanes.
+    #[inline(always)]
+    pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3], culls: bool) -> Self {
+        let direction = [s.widen(x), s.widen(y), s.widen(z)];
+        let length_squared = dot_f64(s, direction, direction);
+        let inverse_length_squared = s.div_f64(s.splat_f64(1.0), length_squared);
+        let shortened = s.mul_f64(length_squared, s.splat_f64(PreparedRay::SHORTER));
+        let rays = RayLanes { origin: splat3_f64(s, origin), direction, length_squared, shortened, inverse_length_squared };
+        Self { rays, origin, rows: [*x, *y, *z], culls }
+    }
+
+    fn probe(&self, ray: usize) -> PreparedRay {
+        let d = Vec3::new(self.rows[0][ray], self.rows[1][ray], self.rows[2][ray]);
+        PreparedRay::of(Ray::<f32>::new(self.origin.as_vec3(), d), false)
+    }
 }

@@ -7,7 +7,7 @@ use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, Lanes, WIDTH};
 use crate::math::simd::Simd;
-use crate::shapes::TriangleHit;
+use crate::shapes::{PreparedRay, TriangleHit};
 
 /// What a traversal asks of a set of instructions besides lanes.
 pub(super) trait TraversalSimd: Simd {
@@ -38,7 +38,14 @@ pub(super) trait TraversalSimd: Simd {
     /// [`super::leaf::triangles`], compiled for this and apart from the walk, whose registers it would take.
     fn settle<A: HitVisitor>(self, bvh: &Bvh8, number: usize, lanes: u32, aim: &LeafRay, answer: &mut A) -> bool;
     /// [`super::leaf::spheres`], the same way.
-    fn spheres<A: HitVisitor>(self, bvh: &Bvh8, leaf: Child, answer: &mut A) -> bool;
+    fn spheres<A: HitVisitor>(
+        self,
+        bvh: &Bvh8,
+        leaf: Child,
+        aim: &LeafRay,
+        line: &mut Option<PreparedRay>,
+        answer: &mut A,
+    ) -> bool;
 }
 
 #[cfg(all(test, target_arch = "x86_64"))]

@@ -152,7 +152,8 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
     // Apart from the slopes, which need no place in memory.
     let aim = setup.aim;
     let mut far = RayEnd::new(s, answer.far());
-    let (mut stack, mut top, mut current) = (Stack::new(), 0, Child(0));
+    let (mut stack, mut line) = (Stack::new(), None);
+    let (mut top, mut current) = (0, Child(0));
     loop {
         // Down to a leaf that has to be looked at. Nothing is called in here, so the ray keeps its registers.
         let left = loop {
@@ -211,7 +212,7 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
             current = next;
         };
         let over = match left {
-            0 if current.is_row() => s.spheres(bvh, current, answer),
+            0 if current.is_row() => s.spheres(bvh, current, &aim, &mut line, answer),
             0 => answer.other(current.index()),
             lanes => s.settle(bvh, current.index(), lanes, &aim, answer),
         };

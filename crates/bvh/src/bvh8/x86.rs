@@ -19,7 +19,7 @@ use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
 use crate::math::simd::{Avx2, Avx512, Simd};
-use crate::shapes::TriangleHit;
+use crate::shapes::{PreparedRay, TriangleHit};
 
 impl TraversalSimd for Avx2 {
     leaves!(Avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"), exact::crossing);

@@ -56,6 +56,12 @@ impl PreparedRay {
         Self { origin, direction, time, culls, mapped, length_squared, shortened, inverse_length_squared, across }
     }
 
+    /// Prepares a stored ray for spheres and planes.
+    #[inline(always)]
+    pub(crate) fn in_world(origin: [f32; 3], direction: [f32; 3]) -> Self {
+        Self::of(Ray::<f32>::new(origin.into(), direction.into()), false)
+    }
+
     /// Prepares a ray of a mapped space, of any length: distances are in units of that length.
     #[inline(always)]
     pub(crate) fn mapped(origin: DVec3, direction: DVec3, culls: bool) -> Self {
