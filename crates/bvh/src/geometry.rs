@@ -53,10 +53,17 @@ impl Sorted {
     fn new<R: Real>(group: &mut PrimitiveSet<R>) -> Self {
         let all = take(&mut group.slots);
         let mut boxes = filled(all.len(), PaddedBox::NOTHING);
+        let within = |slot: &Slot, own: Aabb| match slot.kind {
+            Kind::Instance => {
+                let instance = &group.instances[slot.index as usize];
+                instance.within(own, &group.parts[instance.part as usize].sphere)
+            }
+            _ => own,
+        };
         let piece = |(boxes, slots): (&mut [PaddedBox], &[Slot])| {
             let (mut bounds, mut odd) = (Aabb::EMPTY, false);
             for (padded, slot) in boxes.iter_mut().zip(slots) {
-                match group.bounds(slot).map(|own| (own, group.within(slot, own).padded())) {
+                match group.bounds(slot).map(|own| (own, within(slot, own).padded())) {
                     Some((own, Some(own_padded))) => {
                         bounds = bounds.union(own);
                         *padded = own_padded;

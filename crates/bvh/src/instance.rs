@@ -46,7 +46,8 @@ impl Instance {
         Ok(Self { to_object: RoughInverse::NONE, motion, bounds: check_bounds(both)?, ..start })
     }
 
-    /// What of its box is in that around the sphere of its part, too.
+    /// A box around it that is no larger than its own, for a tree: what of that is in the box around the sphere of its part, too. The box of a turned
+    /// box is larger than what is in it needs.
     pub fn within(&self, own: Aabb, sphere: &BoundingSphere) -> Aabb {
         if own.is_empty() || self.motion != STILL {
             return own;

@@ -256,15 +256,6 @@ impl<R: Real> PrimitiveSet<R> {
             Kind::Instance => self.instances[index].bounds,
         }
     }
-
-    /// A box around a primitive that is no larger than its own, for a tree: that of a turned box is larger than what is in it needs.
-    pub(crate) fn within(&self, slot: &Slot, own: Aabb) -> Aabb {
-        if slot.kind != Kind::Instance {
-            return own;
-        }
-        let instance = &self.instances[slot.index as usize];
-        instance.within(own, &self.parts[instance.part as usize].sphere)
-    }
 }
 
 /// How many primitives are tested one by one as fast as by way of a node: a sphere's test is the cheapest there is, and a plane

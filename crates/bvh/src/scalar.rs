@@ -7,8 +7,8 @@ use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use glam::{DVec3, DVec4, Vec3, Vec4};
 
+pub use crate::math::Four;
 use crate::math::angles;
-pub use crate::math::four::Four;
 
 mod sealed {
     pub trait Sealed {}

@@ -68,13 +68,13 @@ impl Collapse<'_> {
 
     /// Appends what a subtree becomes in up to so many lanes.
     fn open(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
-        let pick = &self.costs[node as usize].pick;
+        let (pick, bounds) = (&self.costs[node as usize].pick, self.binary.nodes[node as usize].bounds);
         while lanes > 1 && pick[lanes - 1] == FEWER {
             lanes -= 1;
         }
         match pick[lanes - 1] {
-            AS_LEAF => out.push(self.lane(node, self.leaf(node))),
-            AS_INNER if lanes == 1 => out.push(self.lane(node, LaneContent::Inner(node))),
+            AS_LEAF => out.push(Lane { bounds, content: self.leaf(node) }),
+            AS_INNER if lanes == 1 => out.push(Lane { bounds, content: LaneContent::Inner(node) }),
             _ => self.divide(self.binary.nodes[node as usize].first, lanes, out),
         }
     }
@@ -85,10 +85,6 @@ impl Collapse<'_> {
         let to_left = self.to_left(left, lanes);
         self.open(left, to_left, out);
         self.open(left + 1, lanes - to_left, out);
-    }
-
-    fn lane(&self, node: u32, content: LaneContent) -> Lane {
-        Lane { bounds: self.binary.nodes[node as usize].bounds, content }
     }
 
     fn leaf(&self, node: u32) -> LaneContent {

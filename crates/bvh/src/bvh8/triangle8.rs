@@ -100,10 +100,4 @@ impl LeafHeader {
     pub fn accepts(&self, lane: usize, from_outside: bool, culls: bool) -> bool {
         (if from_outside { self.inside } else { self.outside_alone(culls) }) >> lane & 1 == 0
     }
-
-    /// Lanes that are hit from either side.
-    #[inline(always)]
-    pub fn two_sided(&self, culls: bool) -> u8 {
-        !(self.outside_alone(culls) | self.inside)
-    }
 }

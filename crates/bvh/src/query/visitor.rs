@@ -188,7 +188,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisit
             return [u32::MAX, 0];
         }
         let [wanted, opaque] = Q::lanes(facts);
-        [wanted.into(), (opaque & facts.two_sided(self.culls)).into()]
+        [wanted.into(), (opaque & !(facts.outside_alone(self.culls) | facts.inside)).into()]
     }
 
     #[inline(always)]

@@ -50,7 +50,7 @@ impl<R: Real> TransformedShape<R> {
 
     /// The surface at a hit of a ray that comes from the world by the inverses of these maps.
     pub(crate) fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, outer: Under<'_>) -> SurfacePoint {
-        let maps = Maps::new(&self.transform, outer.as_ref());
+        let maps = Maps { map: &self.transform, outer: outer.as_ref() };
         self.transform.located_to_world(&self.shape.locate_under(&self.transform.probe_to_object(probe), hit, Some(maps)))
     }
 

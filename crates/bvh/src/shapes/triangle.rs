@@ -41,10 +41,9 @@ impl<R: Real> Triangle<R> {
     /// The surface at the weights of the second and third corner.
     #[inline(always)]
     fn at([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> SurfacePoint {
-        let (ab, ac) = (b - a, c - a);
-        let (p, q, r) = (ab, ac, c - b);
-        let (normal, scale) = (p.cross(q), a.abs().max(b.abs()).max(c.abs()).max_element());
-        let longest = p.dot(p).max(q.dot(q)).max(r.dot(r));
+        let (ab, ac, bc) = (b - a, c - a, c - b);
+        let (normal, scale) = (ab.cross(ac), a.abs().max(b.abs()).max(c.abs()).max_element());
+        let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
         let inverse = 1.0 / normal.length();
         let error = corner_slack(scale, longest, inverse);
         SurfacePoint::new(a + ab * u + ac * v, normal * inverse, error)

@@ -11,6 +11,7 @@ use crate::math::simd::{Simd, dot_f64, splat3_f64};
 use crate::shapes::{EDGE_ON, PreparedRay, Triangle};
 
 /// Eight rays as the exact test needs them: what a probe has of each, side by side.
+#[derive(Default)]
 pub(super) struct Rays8 {
     across: [[[f64; WIDTH]; 3]; 2],
     direction: [[f64; WIDTH]; 3],
@@ -20,8 +21,7 @@ pub(super) struct Rays8 {
 /// Made when the first triangle asks.
 #[inline(never)]
 fn rays(pencil: &PacketState) -> [Rays8; GROUPS] {
-    let none = || Rays8 { across: [[[0.0; WIDTH]; 3]; 2], direction: [[0.0; WIDTH]; 3], inverse_length_squared: [0.0; WIDTH] };
-    let mut rays = [none(), none()];
+    let mut rays = <[Rays8; GROUPS]>::default();
     for ray in 0..RAYS {
         let probe = PreparedRay::new(pencil.ray(ray));
         let (to, lane) = (&mut rays[ray / WIDTH], ray % WIDTH);
