@@ -3,6 +3,8 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::build::PIECE;
+
 /// A closed axis-aligned box in f64. Empty when a minimum exceeds its maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
@@ -99,7 +101,7 @@ impl BoundingSphere {
     /// About the middle of the box around all of them.
     pub fn new(centre: DVec3, boxes: &[PaddedBox]) -> Self {
         let farthest = |bounds: &PaddedBox| (bounds.max.as_dvec3() - centre).max(centre - bounds.min.as_dvec3()).length_squared();
-        let radius = boxes.par_iter().with_min_len(4096).map(farthest).reduce(|| 0.0, f64::max).sqrt();
+        let radius = boxes.par_iter().with_min_len(PIECE).map(farthest).reduce(|| 0.0, f64::max).sqrt();
         // The middle is rounded.
         let radius = radius * 1.03 + centre.length() * (4.0 * f64::from(f32::EPSILON));
         Self { centre: centre.as_vec3().to_array(), radius: radius as f32 }

@@ -22,9 +22,7 @@ impl Binary {
         const PARTS: usize = 64;
         const MANY: usize = 1 << 14;
         let most = if nodes.len() < MANY { usize::MAX } else { PARTS };
-        let mut sorted = Vec::with_capacity(nodes.len());
-        sorted.extend(nodes.first());
-        let next = level(nodes, &mut sorted, most);
+        let (mut sorted, next) = level(nodes, most);
         let mut parts = Vec::new();
         for root in next..sorted.len() {
             let start = sorted.len();
@@ -45,10 +43,7 @@ impl Binary {
 
     /// The nodes level by level.
     pub fn by_level(&self) -> Vec<BinaryNode> {
-        let mut sorted = Vec::with_capacity(self.nodes.len());
-        sorted.extend(self.nodes.first());
-        level(&self.nodes, &mut sorted, usize::MAX);
-        sorted
+        level(&self.nodes, usize::MAX).0
     }
 
     /// How many nodes are in no part: the first ones.
@@ -57,9 +52,10 @@ impl Binary {
     }
 }
 
-/// Goes on level by level from the root until so many wait for their children to follow; where these start.
-fn level(nodes: &[BinaryNode], sorted: &mut Vec<BinaryNode>, most: usize) -> usize {
-    let mut next = 0;
+/// Level by level from the root until so many wait for their children to follow, and where these start.
+fn level(nodes: &[BinaryNode], most: usize) -> (Vec<BinaryNode>, usize) {
+    let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
+    sorted.extend(nodes.first());
     while next < sorted.len() && sorted.len() - next < most {
         let BinaryNode { first, count, .. } = sorted[next];
         if count == 0 {
@@ -68,7 +64,7 @@ fn level(nodes: &[BinaryNode], sorted: &mut Vec<BinaryNode>, most: usize) -> usi
         }
         next += 1;
     }
-    next
+    (sorted, next)
 }
 
 /// Inner: `count` 0 and the children at `first` and `first + 1`. Leaf: `count` entries of the order from `first`.

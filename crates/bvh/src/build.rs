@@ -61,11 +61,22 @@ pub struct BuildWork {
     pub depth: u32,
 }
 
-/// A tree, the order in which its leaves name the boxes, and how it came about.
+/// A structure over boxes, whose leaves are still to be filled.
 pub(crate) struct Build {
-    /// Its leaves are still to be filled. None where no tree is shallow enough for the stack of a traversal, which no builder leaves.
-    pub tree: Option<(Bvh8, Vec<u32>)>,
-    pub work: BuildWork,
+    pub bvh: Bvh8,
+    /// The order in which its places name the boxes, where that is not their own.
+    pub order: Option<Vec<u32>>,
+    /// What building it took; none for a scan.
+    pub work: Option<BuildWork>,
+    /// The first places, whose spheres every query tests in rows.
+    pub spheres: usize,
+}
+
+impl Build {
+    /// So many places that are tested one after the other.
+    pub fn scan(places: usize, work: Option<BuildWork>) -> Self {
+        Self { bvh: Bvh8::flat(0, 0, places), order: None, work, spheres: 0 }
+    }
 }
 
 /// What a primitive may share a leaf of the wide tree with: seven more that are tested with it in lanes.
@@ -81,7 +92,7 @@ pub(crate) enum LeafKind {
 pub(crate) type LeafKindOf<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
 
 /// Boxes that a thread looks at in one piece. Nothing depends on it.
-const PIECE: usize = 4096;
+pub(crate) const PIECE: usize = 4096;
 
 /// Whether a build is to be given up, asked between its passes.
 pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
@@ -112,10 +123,11 @@ pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKin
         let (binary, looks) = binary(boxes, quality, company, stop)?;
         work.looks += looks;
         if let Some((tree, order, depth)) = Bvh8::collapse(&binary, company) {
-            return Some(Build { tree: Some((tree, order)), work: BuildWork { depth, ..work } });
+            return Some(Build { bvh: tree, order: Some(order), work: Some(BuildWork { depth, ..work }), spheres: 0 });
         }
     }
-    Some(Build { tree: None, work })
+    // Were the builders wrong, queries would be slow, and right.
+    Some(Build::scan(boxes.len(), Some(work)))
 }
 
 /// The binary tree over boxes, and how many of them were looked at.

@@ -32,6 +32,7 @@ use core::ops::Range;
 use rayon::prelude::*;
 
 use crate::aabb::PaddedBox;
+use crate::math::simd::Portable;
 pub(crate) use crate::math::simd::{Lanes, WIDTH};
 use crate::primitive_set::Slot;
 use crate::ray::Visibility;
@@ -60,43 +61,32 @@ const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 struct Child(u32);
 
 impl Child {
-    const LEAF: u32 = 1 << 31;
-    const OTHER: u32 = 1 << 30;
-    /// Of those that are no blocks. There are fewer than 2²⁷ primitives.
-    const ROW: u32 = 1 << 29;
+    /// Kinds, in the bits above an index: there are fewer than 2²⁷ primitives.
+    const INNER: u32 = 0;
+    const BLOCK: u32 = 0b100 << 29;
+    const OTHER: u32 = 0b110 << 29;
+    const ROW: u32 = 0b111 << 29;
     /// No child: a leaf of nothing.
     const NONE: Self = Self(u32::MAX);
 
-    fn inner(node: usize) -> Self {
-        Self(node as u32)
-    }
-
-    fn block(block: usize) -> Self {
-        Self(Self::LEAF | block as u32)
-    }
-
-    fn other(place: usize) -> Self {
-        Self(Self::LEAF | Self::OTHER | place as u32)
-    }
-
-    fn row(row: usize) -> Self {
-        Self(Self::LEAF | Self::OTHER | Self::ROW | row as u32)
+    fn new(kind: u32, index: usize) -> Self {
+        Self(kind | index as u32)
     }
 
     #[inline(always)]
     fn is_leaf(self) -> bool {
-        self.0 & Self::LEAF != 0
+        self.0 & Self::BLOCK != 0
     }
 
     #[inline(always)]
     fn is_block(self) -> bool {
-        self.0 & Self::OTHER == 0
+        self.0 & (Self::OTHER ^ Self::BLOCK) == 0
     }
 
     /// Of a leaf that is something and no block: whether spheres are in it.
     #[inline(always)]
     fn is_row(self) -> bool {
-        self.0 & Self::ROW != 0
+        self.0 & (Self::ROW ^ Self::OTHER) != 0
     }
 
     /// The same among nodes, blocks, places and rows that begin later by so much.
@@ -120,7 +110,7 @@ impl Child {
     /// Of the block, the row or the place.
     #[inline(always)]
     fn index(self) -> usize {
-        (self.0 & !(Self::LEAF | Self::OTHER | Self::ROW)) as usize
+        (self.0 & !Self::ROW) as usize
     }
 }
 
@@ -151,14 +141,6 @@ impl Node {
         }
         self.children[lane] = child;
     }
-}
-
-/// How many primitives of each kind of leaf there are.
-#[derive(Clone, Copy)]
-pub(crate) struct PrimitiveCounts {
-    pub triangles: u64,
-    pub spheres: u64,
-    pub others: u64,
 }
 
 /// A bounding-volume hierarchy over places in an order that its build returned, with the triangles among them.
@@ -210,8 +192,7 @@ impl Bvh8 {
     /// blocks are still to be filled.
     pub fn flat(spheres: usize, triangles: usize, others: usize) -> Self {
         let end = spheres + triangles;
-        let block =
-            |first: usize| LeafHeader { first: first as u32, count: (end - first).min(WIDTH) as u8, ..LeafHeader::default() };
+        let block = |first: usize| LeafHeader::new(first, (end - first).min(WIDTH));
         let facts: Vec<LeafHeader> = (spheres..end).step_by(WIDTH).map(block).collect();
         Self { blocks: vec![Triangle8::EMPTY; facts.len()], facts, others: end..end + others, ..Self::default() }
     }
@@ -235,20 +216,18 @@ impl Bvh8 {
         self.blocks[number as usize / WIDTH].triangle(number as usize % WIDTH)
     }
 
-    /// The facts of a block.
-    #[inline(always)]
-    pub fn facts(&self, block: usize) -> &LeafHeader {
-        &self.facts[block]
-    }
-
     /// Which code walks it.
     pub fn kernel(&self) -> Kernel {
-        self.kernel.name()
+        match self.kernel {
+            Chosen::Portable(_) => Kernel::Portable,
+            Chosen::Avx2(_) => Kernel::Avx2,
+            Chosen::Avx512(_) => Kernel::Avx512,
+        }
     }
 
     /// Lets other code walk it; the portable one where the processor can't run that.
     pub fn set_kernel(&mut self, kernel: Kernel) {
-        self.kernel = Chosen::new(kernel).unwrap_or(Chosen::PORTABLE);
+        self.kernel = Chosen::new(kernel).unwrap_or(Chosen::Portable(Portable));
     }
 
     /// Bytes of nodes and blocks.
@@ -259,24 +238,21 @@ impl Bvh8 {
             + size_of_val(self.rows.as_slice())
     }
 
-    /// Bytes of the rows of so many spheres or planes.
-    pub fn bytes_of_rows(count: u64) -> u64 {
-        count.div_ceil(WIDTH as u64).saturating_mul(size_of::<Row>() as u64)
+    /// Bytes of the rows of so many spheres or planes, and of the blocks of so many triangles where they are filled one after the other.
+    pub fn bytes_of_flat(spheres: u64, triangles: u64) -> u64 {
+        let eights = |count: u64, bytes: usize| count.div_ceil(WIDTH as u64).saturating_mul(bytes as u64);
+        let blocks = eights(triangles, size_of::<Triangle8>() + size_of::<LeafHeader>());
+        eights(spheres, size_of::<Row>()).saturating_add(blocks)
     }
 
-    /// Bytes of the blocks of so many triangles where they are filled one after the other.
-    pub fn bytes_of_full_blocks(triangles: u64) -> u64 {
-        triangles.div_ceil(WIDTH as u64).saturating_mul((size_of::<Triangle8>() + size_of::<LeafHeader>()) as u64)
-    }
-
-    /// The most bytes that the tree over so many triangles and other primitives takes.
+    /// The most bytes that the tree over so many spheres, triangles and other primitives takes.
     ///
     /// A node with room left has leaves alone, or it would have opened a child. Of t nodes let f have an inner child: these were
     /// full, so they had 8f − (t − 1) leaves. The others have nine triangles at least, or another primitive and one lane
     /// more. So t ≤ n/7 + 1 for n triangles, t ≤ (4n + 3)/7 for n others, and t ≤ n/7 + m + 1 for both. Blocks of fewer than three
     /// triangles are alone in their node, which then has seven inner children, or beside those that they don't fit into: there
     /// are at most n/3 + n/49 blocks, and one more for each other primitive that may stand between them.
-    pub fn most_bytes(PrimitiveCounts { triangles, spheres, others }: PrimitiveCounts) -> u64 {
+    pub fn most_bytes([spheres, triangles, others]: [u64; 3]) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
         let all = [triangles, spheres, others].into_iter().fold(0, u64::saturating_add);
         // The most of one company are the triangles of the argument above, whatever they are.

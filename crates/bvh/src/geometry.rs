@@ -8,10 +8,10 @@ use core::mem::take;
 use rayon::prelude::*;
 
 use crate::aabb::{Aabb, BoundingSphere, PaddedBox};
-use crate::build::{AcceleratorKind, Build, BuildWork, Stop, build};
+use crate::build::{AcceleratorKind, Build, BuildWork, PIECE, Stop, build};
 use crate::bvh8::{Bvh8, Kernel};
 use crate::memory::{filled, huge_page_vec};
-use crate::primitive_set::{Kind, PrimitiveSet, Slot};
+use crate::primitive_set::{Kind, PrimitiveSet, Slot, few};
 use crate::scalar::{Real, Vector};
 use crate::shapes::Triangle;
 
@@ -34,9 +34,6 @@ pub struct Geometry<R: Real> {
     pub(crate) sphere: BoundingSphere,
 }
 
-/// Primitives that a thread looks at in one piece. Nothing depends on it.
-const PIECE: usize = 4096;
-
 /// Primitives by whether a tree can hold them.
 struct Sorted {
     /// Those that every query tests.
@@ -56,10 +53,17 @@ impl Sorted {
     fn new<R: Real>(group: &mut PrimitiveSet<R>) -> Self {
         let all = take(&mut group.slots);
         let mut boxes = filled(all.len(), PaddedBox::NOTHING);
+        let within = |slot: &Slot, own: Aabb| match slot.kind {
+            Kind::Instance => {
+                let instance = &group.instances[slot.index as usize];
+                instance.within(own, &group.parts[instance.part as usize].sphere)
+            }
+            _ => own,
+        };
         let piece = |(boxes, slots): (&mut [PaddedBox], &[Slot])| {
             let (mut bounds, mut odd) = (Aabb::EMPTY, false);
             for (padded, slot) in boxes.iter_mut().zip(slots) {
-                match group.bounds(slot).map(|own| (own, group.within(slot, own).padded())) {
+                match group.bounds(slot).map(|own| (own, within(slot, own).padded())) {
                     Some((own, Some(own_padded))) => {
                         bounds = bounds.union(own);
                         *padded = own_padded;
@@ -93,59 +97,36 @@ impl Sorted {
 /// make a tree.
 fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
     let is_few = bounded.len() <= few;
-    let (spheres, triangles) = if R::IS_SINGLE && (is_few || Bvh8::may_be_flat(bounded.len())) {
-        let count = |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count();
-        (count(Kind::Sphere), count(Kind::Triangle))
-    } else {
-        (0, 0)
-    };
+    if !R::IS_SINGLE || bounded.len() > few.max(Bvh8::MOST_FLAT) {
+        return is_few.then_some([0, 0, bounded.len()]);
+    }
+    let count = |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count();
+    let (spheres, triangles) = (count(Kind::Sphere), count(Kind::Triangle));
     let others = bounded.len() - spheres - triangles;
-    let is_flat = R::IS_SINGLE && Bvh8::is_flat(spheres as u64, triangles as u64, others as u64);
+    let is_flat = Bvh8::is_flat(spheres as u64, triangles as u64, others as u64);
     (is_few || is_flat).then_some([spheres, triangles, others])
 }
 
-/// A tree with the order in which its places name what is bounded, where that is not its own, and what building it took.
-struct Structure {
-    bvh: Bvh8,
-    order: Option<Vec<u32>>,
-    work: Option<BuildWork>,
-    /// The first places, whose spheres every query tests in rows.
-    spheres: usize,
-}
-
-impl Structure {
-    /// So many places that are tested one after the other.
-    fn scan(places: usize, work: Option<BuildWork>) -> Self {
-        Self { bvh: Bvh8::flat(0, 0, places), order: None, work, spheres: 0 }
-    }
-
-    /// Builds it; none where `stop` gave the build up. What few things there are is sorted by kind.
-    fn build<R: Real>(
-        group: &PrimitiveSet<R>,
-        kind: AcceleratorKind,
-        bounded: &mut [Slot],
-        few: usize,
-        boxes: &[PaddedBox],
-        stop: Stop<'_>,
-    ) -> Option<Self> {
-        let AcceleratorKind::Tree(quality) = kind else { return Some(Self::scan(boxes.len(), None)) };
-        if let Some([spheres, triangles, others]) = without_nodes::<R>(bounded, few) {
-            if spheres + triangles > 0 {
-                let place = |kind: Kind| [Kind::Sphere, Kind::Triangle].iter().position(|&first| first == kind);
-                bounded.sort_by_key(|slot| place(slot.kind).unwrap_or(2));
-            }
-            let bvh = Bvh8::flat(spheres, triangles, others);
-            return Some(Self { bvh, order: None, work: Some(BuildWork::default()), spheres });
+/// Builds what answers queries; none where `stop` gave the build up. What few things there is is sorted by kind.
+fn structure<R: Real>(
+    group: &PrimitiveSet<R>,
+    kind: AcceleratorKind,
+    bounded: &mut [Slot],
+    few: usize,
+    boxes: &[PaddedBox],
+    stop: Stop<'_>,
+) -> Option<Build> {
+    let AcceleratorKind::Tree(quality) = kind else { return Some(Build::scan(boxes.len(), None)) };
+    if let Some([spheres, triangles, others]) = without_nodes::<R>(bounded, few) {
+        if spheres + triangles > 0 {
+            let place = |kind: Kind| [Kind::Sphere, Kind::Triangle].iter().position(|&first| first == kind);
+            bounded.sort_by_key(|slot| place(slot.kind).unwrap_or(2));
         }
-        let bounded = &*bounded;
-        let company = |place: u32| group.company(&bounded[place as usize]);
-        let Build { tree, work } = build(boxes, quality, &company, stop)?;
-        Some(match tree {
-            Some((bvh, order)) => Self { bvh, order: Some(order), work: Some(work), spheres: 0 },
-            // Were the builders wrong, queries would be slow, and right.
-            None => Self::scan(boxes.len(), Some(work)),
-        })
+        let bvh = Bvh8::flat(spheres, triangles, others);
+        return Some(Build { bvh, order: None, work: Some(BuildWork::default()), spheres });
     }
+    let bounded = &*bounded;
+    build(boxes, quality, &|place| group.company(&bounded[place as usize]), stop)
 }
 
 impl<R: Real> Geometry<R> {
@@ -162,12 +143,14 @@ impl<R: Real> Geometry<R> {
     pub fn unless(mut group: PrimitiveSet<R>, kind: AcceleratorKind, stop: Stop<'_>) -> Option<Self> {
         let Sorted { mut slots, mut bounded, mut nothing, boxes, bounds } = Sorted::new(&mut group);
         let unbounded = slots.len();
-        let few = group.few(unbounded + bounded.len() + nothing.len());
-        let Structure { mut bvh, order, work, spheres } = Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
+        let few = few(unbounded + bounded.len() + nothing.len() == group.spheres.len() + group.planes.len());
+        let Build { mut bvh, order, work, spheres } = structure(&group, kind, &mut bounded, few, &boxes, stop)?;
         let sphere = BoundingSphere::new(bounds.centre(), &boxes);
         drop(boxes);
         let has_lanes = R::IS_SINGLE && kind != AcceleratorKind::Linear;
-        let planes = if has_lanes { planes_first(&mut slots) } else { 0 };
+        let is_plane = |slot: &Slot| has_lanes && slot.kind == Kind::Plane;
+        slots.sort_by_key(|slot| !is_plane(slot));
+        let planes = slots.partition_point(is_plane);
         let mut firsts = slots;
         let mut slots = huge_page_vec(unbounded + bounded.len() + nothing.len());
         slots.append(&mut firsts);
@@ -181,8 +164,7 @@ impl<R: Real> Geometry<R> {
         group.slots = slots;
         if has_lanes {
             group.move_triangles(&mut bvh, unbounded);
-            group.make_rows(&mut bvh, planes, unbounded..unbounded + spheres);
-            group.fill_leaves(&mut bvh, unbounded);
+            group.make_rows(&mut bvh, planes, unbounded, spheres);
         }
         group.follow();
         Some(Self { faces, group, unbounded, planes, bvh, work, bounds, sphere })
@@ -254,10 +236,4 @@ impl<R: Real> Geometry<R> {
     pub fn build_work(&self) -> Option<BuildWork> {
         self.work
     }
-}
-
-/// Puts planes before what else has no bounds. How many there are.
-fn planes_first(slots: &mut [Slot]) -> usize {
-    slots.sort_by_key(|slot| slot.kind != Kind::Plane);
-    slots.iter().take_while(|slot| slot.kind == Kind::Plane).count()
 }

@@ -1,7 +1,7 @@
 //! How many primitives of which kind a set will hold, and so what memory it will take, before there is one.
 
 use crate::build::AcceleratorKind;
-use crate::bvh8::{Bvh8, PrimitiveCounts};
+use crate::bvh8::Bvh8;
 use crate::instance::Instance;
 use crate::motion::Motion;
 use crate::primitive_set::{PrimitiveSet, few};
@@ -68,17 +68,12 @@ impl GeometryMemory {
         let bounded = self.len().saturating_sub(self.unbounded);
         let few = few(self.len() == self.spheres.saturating_add(self.planes));
         let wide = R::IS_SINGLE && matches!(kind, AcceleratorKind::Tree(_));
-        let planes = if wide { Bvh8::bytes_of_rows(self.planes) } else { 0 };
+        let planes = if wide { Bvh8::bytes_of_flat(self.planes, 0) } else { 0 };
         let others = bounded.saturating_sub(self.spheres).saturating_sub(self.triangles);
-        if wide && Bvh8::is_flat(self.spheres, self.triangles, others) {
-            let flat = Bvh8::bytes_of_rows(self.spheres).saturating_add(Bvh8::bytes_of_full_blocks(self.triangles));
-            return self.bytes::<R>(wide).saturating_add(planes).saturating_add(flat);
-        }
-        let Self { triangles, spheres, .. } = *self;
-        let shares = PrimitiveCounts { triangles, spheres, others };
-        let shares = if R::IS_SINGLE { shares } else { PrimitiveCounts { triangles: 0, spheres: 0, others: bounded } };
+        let counts = if R::IS_SINGLE { [self.spheres, self.triangles, others] } else { [0, 0, bounded] };
         let tree = match kind {
-            AcceleratorKind::Tree(_) if bounded > few as u64 => Bvh8::most_bytes(shares),
+            _ if wide && Bvh8::is_flat(self.spheres, self.triangles, others) => Bvh8::bytes_of_flat(self.spheres, self.triangles),
+            AcceleratorKind::Tree(_) if bounded > few as u64 => Bvh8::most_bytes(counts),
             _ => 0,
         };
         self.bytes::<R>(wide).saturating_add(planes).saturating_add(tree)

@@ -22,7 +22,8 @@ pub(crate) struct Instance {
     pub motion: u32,
     /// Where it stands, or where its motion starts.
     pub transform: Transform,
-    bounds: Option<Aabb>,
+    /// In the world, at any time; none where the part has something without bounds.
+    pub bounds: Option<Aabb>,
 }
 
 impl Instance {
@@ -45,7 +46,8 @@ impl Instance {
         Ok(Self { to_object: RoughInverse::NONE, motion, bounds: check_bounds(both)?, ..start })
     }
 
-    /// What of its box is in that around the sphere of its part, too.
+    /// A box around it that is no larger than its own, for a tree: what of that is in the box around the sphere of its part, too. The box of a turned
+    /// box is larger than what is in it needs.
     pub fn within(&self, own: Aabb, sphere: &BoundingSphere) -> Aabb {
         if own.is_empty() || self.motion != STILL {
             return own;
@@ -53,11 +55,6 @@ impl Instance {
         let both = own.intersection(self.transform.sphere_bounds(sphere));
         // Numbers that are none, or too large, leave the box as it is.
         if both.is_empty() { own } else { both }
-    }
-
-    /// In the world, at any time; none where the part has something without bounds.
-    pub fn bounds(&self) -> Option<Aabb> {
-        self.bounds
     }
 }
 
@@ -81,7 +78,8 @@ impl RoughInverse {
     /// An entry is wrong by u of itself, u = 2⁻²⁴, a difference from the translation by 2 u, products and their sums by 3 u, and what a ray is made
     /// of that by 2 u more. Half as much again covers what twice rounding leaves of a translation, too.
     fn new(transform: &Transform) -> Self {
-        let (columns, translation) = transform.inverse();
+        let (inverse, translation) = (transform.inverse, transform.to_world.translation);
+        let columns = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
         let largest = columns.iter().fold(0.0_f64, |all, column| all.max(column.abs().max_element()));
         let [least, most] = Self::SIZES;
         if !(largest > least && largest < most && translation.abs().max_element() < most) {

@@ -62,7 +62,7 @@ pub use motion::Motion;
 pub use primitive_set::PrimitiveSet;
 pub use processor::{Loops, prefetch, widest};
 pub use query::{PacketBackoff, RayPacket};
-pub use ray::{Hit, Interval, Occlusion, Query, Ray, Side, Visibility};
+pub use ray::{Hit, Interval, Occlusion, Ray, Side, Visibility};
 pub use scalar::{Real, Vector};
 pub use shapes::{Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, Transform};
 pub use stats::{TraversalCounter, TraversalStats};

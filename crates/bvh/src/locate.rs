@@ -57,7 +57,7 @@ impl<R: Real> Geometry<R> {
             Kind::Instance => {
                 let mut room = None;
                 let (transform, part) = group.shown(&group.instances[index], probe.time, &mut room);
-                let maps = Maps::new(transform, None);
+                let maps = Maps { map: transform, outer: None };
                 transform.located_to_world(&part.locate(&transform.probe_to_object(probe), hit, [inner, inner], Some(maps)))
             }
         }

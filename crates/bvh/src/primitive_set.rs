@@ -1,14 +1,11 @@
 //! Primitives as they are collected, object by object.
 
-use core::mem::take;
-use core::ops::Range;
+mod leaves;
 
 use glam::DAffine3;
 
 use crate::aabb::Aabb;
-use crate::build::LeafKind;
 use crate::bvh8::MAX_PRIMITIVES;
-use crate::bvh8::{Bvh8, Row, RowKind, WIDTH};
 use crate::error::{GeometryError, check_bounds};
 use crate::geometry::Geometry;
 use crate::instance::Instance;
@@ -210,9 +207,7 @@ impl<R: Real> PrimitiveSet<R> {
     /// Shows a part under an affine map, as one object, and returns its id. How it takes part in any-hit queries is told by
     /// the instance, whatever the objects in the part say; which sides can be hit, by those.
     pub fn instance(&mut self, part: u32, to_world: DAffine3, visibility: Visibility) -> Result<u32, GeometryError> {
-        let shown = self.parts.get(part as usize).ok_or(GeometryError::NoPart)?;
-        self.instances.push(Instance::new(part, shown.bounds(), to_world)?);
-        self.single(Kind::Instance, visibility, self.instances.len() - 1)
+        self.moving(part, [to_world; 2], visibility)
     }
 
     /// Shows a part under a map that runs from the first, where a ray's time is 0, to the second, where it is 1, each entry of
@@ -224,12 +219,14 @@ impl<R: Real> PrimitiveSet<R> {
     /// [`GeometryError::SingularOnTheWay`] where the map can't be inverted, or can't be told from one that can't, at any time
     /// from 0 to 1, as halfway through half a turn.
     pub fn moving(&mut self, part: u32, to_world: [DAffine3; 2], visibility: Visibility) -> Result<u32, GeometryError> {
-        if to_world[0] == to_world[1] {
-            return self.instance(part, to_world[0], visibility);
-        }
-        let shown = self.parts.get(part as usize).ok_or(GeometryError::NoPart)?;
-        let instance = Instance::moving(part, shown.bounds(), to_world, self.motions.len() as u32)?;
-        self.motions.push(Motion::new(to_world)?);
+        let bounds = self.parts.get(part as usize).ok_or(GeometryError::NoPart)?.bounds();
+        let instance = if to_world[0] == to_world[1] {
+            Instance::new(part, bounds, to_world[0])?
+        } else {
+            let instance = Instance::moving(part, bounds, to_world, self.motions.len() as u32)?;
+            self.motions.push(Motion::new(to_world)?);
+            instance
+        };
         self.instances.push(instance);
         self.single(Kind::Instance, visibility, self.instances.len() - 1)
     }
@@ -256,93 +253,8 @@ impl<R: Real> PrimitiveSet<R> {
             Kind::Plane => None,
             Kind::Shape => Shape::bounds(&self.shapes[index]),
             Kind::TransformedShape => self.placed[index].bounds(),
-            Kind::Instance => self.instances[index].bounds(),
+            Kind::Instance => self.instances[index].bounds,
         }
-    }
-
-    /// A box around a primitive that is no larger than its own, for a tree: that of a turned box is larger than what is in it needs.
-    pub(crate) fn within(&self, slot: &Slot, own: Aabb) -> Aabb {
-        if slot.kind != Kind::Instance {
-            return own;
-        }
-        let instance = &self.instances[slot.index as usize];
-        instance.within(own, &self.parts[instance.part as usize].sphere)
-    }
-
-    /// What a primitive may share a leaf with. A box does not gain by it: the lanes of a node test eight already, by the boxes' own
-    /// faces, and what is left of those is nearly always hit.
-    pub(crate) fn company(&self, slot: &Slot) -> LeafKind {
-        match slot.kind {
-            // The lanes of leaves are f32.
-            _ if !R::IS_SINGLE => LeafKind::None,
-            Kind::Triangle => LeafKind::Triangles,
-            Kind::Sphere => LeafKind::Spheres,
-            _ => LeafKind::None,
-        }
-    }
-
-    /// Whether there is a face whose test asks for the plane across the ray.
-    pub(crate) fn has_faces(&self) -> bool {
-        let is_face = |shape: &AnyShape<R>| matches!(shape, AnyShape::Quad(_) | AnyShape::Triangle(_));
-        !self.triangles.is_empty() || self.shapes.iter().any(is_face) || self.placed.iter().any(|p| is_face(p.shape()))
-    }
-
-    /// As [`few`], for `count` of these primitives.
-    pub(crate) fn few(&self, count: usize) -> usize {
-        few(count == self.spheres.len() + self.planes.len())
-    }
-
-    /// Puts the primitives that come in great numbers into the order of the slots, so that what is tested one after the other
-    /// lies side by side; triangles that blocks have taken are left out.
-    pub(crate) fn follow(&mut self) {
-        let (spheres, triangles) = (take(&mut self.spheres), take(&mut self.triangles));
-        self.spheres.reserve_exact(spheres.len());
-        self.triangles.reserve_exact(triangles.len());
-        for slot in &mut self.slots {
-            let index = slot.index as usize;
-            match slot.kind {
-                Kind::Sphere => slot.index = append(&mut self.spheres, spheres[index]),
-                Kind::Triangle if !triangles.is_empty() => slot.index = append(&mut self.triangles, triangles[index]),
-                _ => {}
-            }
-        }
-    }
-
-    /// Gives the triangles to the blocks of the tree, where it has some, which keeps the only copy. The slots from `first` on are in its order.
-    pub(crate) fn move_triangles(&mut self, bvh: &mut Bvh8, first: usize) {
-        if !bvh.has_blocks() {
-            return;
-        }
-        let triangles = take(&mut self.triangles);
-        bvh.fill(&mut self.slots, first, |slot| {
-            let triangle = triangles[slot.index as usize];
-            (Triangle { vertices: triangle.vertices.map(Vector::to_f32) }, slot.visibility)
-        });
-    }
-
-    /// Lets every query test the first slots, which are planes, and those of some spheres, in rows.
-    pub(crate) fn make_rows(&self, bvh: &mut Bvh8, planes: usize, spheres: Range<usize>) {
-        for (kind, slots) in [(RowKind::Planes, 0..planes), (RowKind::Spheres, spheres)] {
-            let firsts = slots.clone().step_by(WIDTH);
-            bvh.test_always(firsts.map(|first| self.row(kind, first..slots.end.min(first + WIDTH))));
-        }
-    }
-
-    fn row(&self, kind: RowKind, slots: Range<usize>) -> Row {
-        let own = |slot: &Slot| {
-            let index = slot.index as usize;
-            let numbers = match kind {
-                RowKind::Spheres => [self.spheres[index].centre, R::Vec3::splat(self.spheres[index].radius)],
-                RowKind::Planes => [self.planes[index].point, self.planes[index].normal],
-            };
-            (numbers.map(Vector::to_f32), slot.visibility)
-        };
-        Row::new(kind, slots.start, self.slots[slots].iter().map(own))
-    }
-
-    /// Puts the spheres that share leaves of the tree there. The slots from `first` on are in its order.
-    pub(crate) fn fill_leaves(&self, bvh: &mut Bvh8, first: usize) {
-        bvh.fill_rows(first, |slots| self.row(RowKind::Spheres, slots));
     }
 }
 
@@ -352,12 +264,6 @@ pub(crate) fn few(spheres_alone: bool) -> usize {
     const SPHERES: usize = 14;
     const OTHERS: usize = 2;
     if spheres_alone { SPHERES } else { OTHERS }
-}
-
-/// Appends and says where.
-fn append<T>(list: &mut Vec<T>, item: T) -> u32 {
-    list.push(item);
-    list.len() as u32 - 1
 }
 
 /// Refuses a triangle that no tree can hold. Its box need not be made unless it is very large.

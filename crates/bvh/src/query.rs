@@ -13,12 +13,13 @@ use core::ops::Range;
 
 use crate::geometry::Geometry;
 use crate::primitive_set::{Kind, Slot};
-use crate::ray::{Hit, Interval, Query, Ray};
+use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::Real;
 use crate::shapes::{PreparedRay, Shape, ShapeHit};
 use crate::stats::TraversalCounter;
 
 use self::kind::{AnyHit, ClosestHit, QueryKind};
+use self::visitor::{RaySource, Visitor};
 
 /// No slot of a part: the hit lies in the scene's own set.
 const NO_PART: u32 = u32::MAX;
@@ -41,7 +42,7 @@ impl<R: Real> Geometry<R> {
         let Some(bvh) = self.lanes() else {
             return self.closest_prepared(ray, range, tally).map(|found| self.named(&found));
         };
-        let mut visitor = self.visitor(ray, ClosestHit::new(range), tally);
+        let mut visitor = Visitor::new(self, ray.culls, RaySource::Stored(ray), ClosestHit::new(range), tally);
         self.visit_stored(bvh, ray, &mut visitor);
         visitor.query.found.as_ref().map(|found| self.named(found))
     }
@@ -51,7 +52,7 @@ impl<R: Real> Geometry<R> {
     #[inline(never)]
     fn closest_prepared<T: TraversalCounter>(&self, ray: &Ray<R>, range: Interval<R>, tally: &mut T) -> Option<SlotHit<R>> {
         let ray = self.prepare(*ray);
-        let closest = self.closest_of(&ray, range, tally);
+        let closest = self.visit_all(&ray, ClosestHit::new(range).in_space_of(&ray), tally).1;
         let found = closest.found?;
         Some(if closest.is_contested { self.first_of_equals(&ray, closest.range, found, tally) } else { found })
     }
@@ -76,13 +77,6 @@ impl<R: Real> Geometry<R> {
         first
     }
 
-    /// The nearest hit of each query, in their order, in place of what `hits` held.
-    #[inline(never)]
-    pub fn closest_each(&self, queries: &[Query<R>], hits: &mut Vec<Option<Hit<R>>>) {
-        hits.clear();
-        hits.extend(queries.iter().map(|query| self.closest(&query.ray, query.range, &mut ())));
-    }
-
     /// Whether something lies in the way: a hit with `range.min < t < range.max` of an opaque object, or one that `ask` says
     /// yes to of an object about which it is asked. The order of calls is free; a hit that is refused does not stop the
     /// search. A primitive of the scene's own set is shown once, at its nearest hit; of an instance, each primitive in it.
@@ -97,7 +91,7 @@ impl<R: Real> Geometry<R> {
         let mut accept = |found: SlotHit<R>| ask(&self.named(&found));
         let query = AnyHit::<_, true> { range, accept: &mut accept };
         match self.lanes() {
-            Some(bvh) => self.visit_stored(bvh, ray, &mut self.visitor(ray, query, tally)),
+            Some(bvh) => self.visit_stored(bvh, ray, &mut Visitor::new(self, ray.culls, RaySource::Stored(ray), query, tally)),
             None => self.visit_prepared(ray, query, tally),
         }
     }
@@ -121,11 +115,6 @@ impl<R: Real> Geometry<R> {
         (range.start as u32..).zip(&self.group.slots[range])
     }
 
-    /// The closest hit of a prepared ray.
-    fn closest_of<T: TraversalCounter>(&self, ray: &PreparedRay, range: Interval<R>, tally: &mut T) -> ClosestHit<R> {
-        self.visit_all(ray, ClosestHit::new(range).in_space_of(ray), tally).1
-    }
-
     /// The nearest hit of one primitive.
     #[inline(always)]
     fn test<T: TraversalCounter>(
@@ -136,7 +125,7 @@ impl<R: Real> Geometry<R> {
         tally: &mut T,
     ) -> Option<SlotHit<R>> {
         let (index, side) = (own.index as usize, own.visibility.side.to(ray.culls));
-        tally.primitive();
+        tally.primitives(|| 1);
         let hit = match own.kind {
             Kind::Sphere => self.group.spheres[index].intersect(ray, range, side),
             Kind::Triangle => self.triangle(index).intersect(ray, range, side),

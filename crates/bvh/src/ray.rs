@@ -178,12 +178,3 @@ impl<R: PartialEq> PartialEq for Hit<R> {
             && (self.object, self.primitive, self.instance) == (other.object, other.primitive, other.instance)
     }
 }
-
-/// A ray with the distances at which hits count: what one query asks.
-#[derive(Clone, Copy, Debug)]
-pub struct Query<R: Real> {
-    /// The ray.
-    pub ray: Ray<R>,
-    /// Where hits count.
-    pub range: Interval<R>,
-}

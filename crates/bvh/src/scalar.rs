@@ -7,7 +7,8 @@ use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use glam::{DVec3, DVec4, Vec3, Vec4};
 
-pub use crate::math::four::Four;
+pub use crate::math::Four;
+use crate::math::angles;
 
 mod sealed {
     pub trait Sealed {}
@@ -221,7 +222,7 @@ macro_rules! inlined {
 }
 
 macro_rules! real {
-    ($t:ident, $v:ident, $four:ident, $u:expr, $($libm:ident => $f:ident),*) => {
+    ($t:ident, $v:ident, $four:ident, $u:expr, $angle:path, $turns:path, $($libm:ident => $f:ident),*) => {
         impl Real for $t {
             type Vec3 = $v;
             type Four = $four;
@@ -248,14 +249,15 @@ macro_rules! real {
                     if is_usual { $t::from_bits(self.to_bits() + 1) } else { $t::next_up(self) }
                 }
                 fn next_down(self) -> Self { if self > 0.0 { $t::from_bits(self.to_bits() - 1) } else { $t::next_down(self) } }
-            }
-            #[inline(always)]
-            fn next_towards(self, sign: Self) -> Self {
-                let bits = self.to_bits();
-                let away = (self > 0.0) == (sign > 0.0);
-                let next = $t::from_bits(if away { bits.wrapping_add(1) } else { bits.wrapping_sub(1) });
-                let next = if self == 0.0 { $t::from_bits(1).copysign(sign) } else { next };
-                if ((sign > 0.0) | (sign < 0.0)) & ($t::abs(self) < $t::INFINITY) { next } else { self }
+                fn next_towards(self, sign: Self) -> Self {
+                    let bits = self.to_bits();
+                    let away = (self > 0.0) == (sign > 0.0);
+                    let next = $t::from_bits(if away { bits.wrapping_add(1) } else { bits.wrapping_sub(1) });
+                    let next = if self == 0.0 { $t::from_bits(1).copysign(sign) } else { next };
+                    if ((sign > 0.0) | (sign < 0.0)) & ($t::abs(self) < $t::INFINITY) { next } else { self }
+                }
+                fn angle(self, x: Self) -> Self { $angle(self, x) }
+                fn sin_cos_turns(self) -> [Self; 2] { $turns(self) }
             }
             $(real!(@fn $libm $f);)*
         }
@@ -287,53 +289,10 @@ macro_rules! real {
     };
     (@fn $libm:ident asin) => { #[inline] fn asin(self) -> Self { libm::$libm(Real::clamp(self, -1.0, 1.0)) } };
     (@fn $libm:ident acos) => { #[inline] fn acos(self) -> Self { libm::$libm(Real::clamp(self, -1.0, 1.0)) } };
-    (@fn sincos sin_cos_turns) => {
-        #[inline]
-        fn sin_cos_turns(self) -> [Self; 2] {
-            let (sin, cos) = libm::sincos(core::f64::consts::TAU * self);
-            [cos, sin]
-        }
-    };
-    (@fn sincosf sin_cos_turns) => { #[inline(always)] fn sin_cos_turns(self) -> [Self; 2] { sin_cos_turns(self) } };
-    (@fn atan2 angle) => { #[inline(always)] fn angle(self, x: Self) -> Self { Real::atan2(self, x) } };
-    (@fn atan2f angle) => { #[inline(always)] fn angle(self, x: Self) -> Self { angle(self, x) } };
     (@fn $libm:ident atan2) => { #[inline] fn atan2(self, x: Self) -> Self { libm::$libm(self, x) } };
     (@fn $libm:ident powf) => { #[inline] fn powf(self, exponent: Self) -> Self { libm::$libm(self, exponent) } };
     (@fn $libm:ident $f:ident) => { #[inline] fn $f(self) -> Self { libm::$libm(self) } };
 }
 
-/// The angle of a point: folded into half of an eighth of a turn about the axes and the diagonals, and there by a polynomial, the one of
-/// the Cephes library (Moshier, "Methods and Programs for Mathematical Functions", 1989).
-#[inline(always)]
-fn angle(y: f32, x: f32) -> f32 {
-    use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-    const TAN_EIGHTH: f32 = 0.414_213_56;
-    let (across, along) = (x.abs(), y.abs());
-    let (low, high) = if across < along { (across, along) } else { (along, across) };
-    let folds = low > high * TAN_EIGHTH;
-    let (over, under) = if folds { (low - high, low + high) } else { (low, high) };
-    let q = over / if under == 0.0 { 1.0 } else { under };
-    let z = q * q;
-    let p = ((8.053_744_5e-2 * z - 0.138_776_86) * z + 0.199_777_1) * z - 0.333_329_5;
-    let small = p * z * q + q;
-    let angle = if folds { FRAC_PI_4 + small } else { small };
-    let angle = if across < along { FRAC_PI_2 - angle } else { angle };
-    let angle = if x < 0.0 { PI - angle } else { angle };
-    angle.copysign(y)
-}
-
-/// Cosine and sine of a share of a turn: what is left beside the nearest quarter, exactly, and there the polynomials of the Cephes library.
-#[inline(always)]
-fn sin_cos_turns(share: f32) -> [f32; 2] {
-    let quarters = (4.0 * share + 0.5) as i32;
-    let rest = (share - quarters as f32 * 0.25) * core::f32::consts::TAU;
-    let z = rest * rest;
-    let sin = ((-1.951_529_6e-4 * z + 8.332_161e-3) * z - 0.166_666_55) * z * rest + rest;
-    let cos = ((2.443_315_7e-5 * z - 1.388_731_6e-3) * z + 4.166_664_6e-2) * z * z - 0.5 * z + 1.0;
-    let (over, up) = if quarters & 1 == 0 { (cos, sin) } else { (sin, cos) };
-    let over = if quarters.wrapping_add(1) & 2 == 0 { over } else { -over };
-    [over, if quarters & 2 == 0 { up } else { -up }]
-}
-
-real!(f32, Vec3, Vec4, 5.960_464_5e-8, sinf => sin, cosf => cos, tanf => tan, asinf => asin, acosf => acos, atanf => atan, atan2f => atan2, atan2f => angle, sincosf => sin_cos_turns, expf => exp, logf => ln, powf => powf);
-real!(f64, DVec3, DVec4, 1.110_223_024_625_156_5e-16, sin => sin, cos => cos, tan => tan, asin => asin, acos => acos, atan => atan, atan2 => atan2, atan2 => angle, sincos => sin_cos_turns, exp => exp, log => ln, pow => powf);
+real!(f32, Vec3, Vec4, 5.960_464_5e-8, angles::angle, angles::sin_cos_turns, sinf => sin, cosf => cos, tanf => tan, asinf => asin, acosf => acos, atanf => atan, atan2f => atan2, expf => exp, logf => ln, powf => powf);
+real!(f64, DVec3, DVec4, 1.110_223_024_625_156_5e-16, libm::atan2, angles::sin_cos_turns_f64, sin => sin, cos => cos, tan => tan, asin => asin, acos => acos, atan => atan, atan2 => atan2, exp => exp, log => ln, pow => powf);

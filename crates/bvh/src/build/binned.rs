@@ -11,7 +11,7 @@ use core::ops::Range;
 
 use rayon::prelude::*;
 
-use self::split::{Item, Split, split};
+use self::split::{Item, split};
 use super::{LeafKind, LeafKindOf, Stop};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::{Binary, BinaryNode};
@@ -145,7 +145,7 @@ impl Builder<'_> {
     /// Two parts of the items, each with room, neither empty.
     fn parted<'i, 'r>(&self, [items, other]: [&'i mut [Item]; 2], room: Room<'r>) -> ([[&'i mut [Item]; 2]; 2], [Room<'r>; 2]) {
         let halve = halvings(items.len()) >= room.levels;
-        let Split { middle, moved } = split(items, other, self.manner, self.blocks, halve);
+        let (middle, moved) = split(items, other, self.manner, self.blocks, halve);
         let (from, to) = if moved { (other, items) } else { (items, other) };
         let ((a, b), (c, d)) = (from.split_at_mut(middle), to.split_at_mut(middle));
         ([[a, c], [b, d]], room.parted(middle))
@@ -177,30 +177,18 @@ fn place(grown: Grown, slot: usize, nodes: &mut Vec<BinaryNode>, wholes: &mut Ve
 
 /// The nodes in one list, each before its children, and those of each thread in a range.
 fn flattened(grown: Grown) -> (Vec<BinaryNode>, Vec<Range<usize>>) {
-    let (mut nodes, mut wholes) = (vec![NONE], Vec::new());
-    place(grown, 0, &mut nodes, &mut wholes);
-    let tops = nodes.len();
-    let total = tops + wholes.iter().map(|(_, own)| own.len() - 1).sum::<usize>();
-    let mut all = huge_page_vec(total);
-    all.append(&mut nodes);
-    all.resize(total, NONE);
-    let (top, mut rest) = all.split_at_mut(tops);
-    let mut base = tops as u32;
-    let (mut parts, mut ranges) = (Vec::with_capacity(wholes.len()), Vec::with_capacity(wholes.len()));
-    for (slot, own) in &wholes {
-        top[*slot] = moved(&own[0], base);
-        let (here, after) = rest.split_at_mut(own.len() - 1);
-        parts.push((here, own, base));
-        rest = after;
-        ranges.push(base as usize..base as usize + own.len() - 1);
-        base += own.len() as u32 - 1;
+    let (mut tops, mut wholes) = (vec![NONE], Vec::new());
+    place(grown, 0, &mut tops, &mut wholes);
+    let mut nodes = huge_page_vec(tops.len() + wholes.iter().map(|(_, own)| own.len() - 1).sum::<usize>());
+    nodes.append(&mut tops);
+    let mut parts = Vec::with_capacity(wholes.len());
+    for (slot, own) in wholes {
+        let base = nodes.len();
+        nodes[slot] = moved(&own[0], base as u32);
+        nodes.par_extend(own[1..].par_iter().with_min_len(PARALLEL).map(|node| moved(node, base as u32)));
+        parts.push(base..nodes.len());
     }
-    parts.into_par_iter().for_each(|(here, own, base)| {
-        for (node, source) in here.iter_mut().zip(&own[1..]) {
-            *node = moved(source, base);
-        }
-    });
-    (all, ranges)
+    (nodes, parts)
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 //! it looks through the tree for a better parent and leaves out what can't be one. Among long crossing boxes hardly anything is left
 //! out, and with many nodes to place that is quadratic. So the search is tried with a few of them first.
 
-use obvhs::Boundable;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -27,29 +26,19 @@ pub(super) fn reinsert(binary: &mut Binary, share: f32, stop: Stop<'_>) -> u64 {
     // What is looked for first are the first nodes: those near the root.
     let level = binary.by_level();
     let mut tree = Bvh2 { max_depth: DEFAULT_MAX_STACK_DEPTH, ..Bvh2::default() };
-    tree.nodes = level.iter().map(|node| Bvh2Node::new(node.bounds.aabb(), node.count, node.first)).collect();
+    let aabb = |bounds: &PaddedBox| Aabb::new(bounds.min.into(), bounds.max.into());
+    tree.nodes = level.iter().map(|node| Bvh2Node::new(aabb(&node.bounds), node.count, node.first)).collect();
     tree.init_parents_if_uninit();
     let (share, steps) = affordable(&tree, share);
     ReinsertionOptimizer::default().run(&mut tree, share, None);
     let order = core::mem::take(&mut binary.order);
-    *binary = Binary::sorted(&nodes(&tree), order);
-    steps
-}
-
-impl Boundable for PaddedBox {
-    fn aabb(&self) -> Aabb {
-        Aabb::new(self.min.into(), self.max.into())
-    }
-}
-
-/// The nodes of a tree, in its order.
-fn nodes(tree: &Bvh2) -> Vec<BinaryNode> {
     let node = |n: &Bvh2Node| BinaryNode {
         bounds: PaddedBox { min: n.aabb.min.into(), max: n.aabb.max.into() },
         first: n.first_index,
         count: n.prim_count,
     };
-    tree.nodes.iter().map(node).collect()
+    *binary = Binary::sorted(&tree.nodes.iter().map(node).collect::<Vec<_>>(), order);
+    steps
 }
 
 /// The share of nodes to reinsert, of a tree that knows parents, and what that costs: for searches that are not too long the

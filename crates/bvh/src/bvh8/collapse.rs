@@ -68,13 +68,13 @@ impl Collapse<'_> {
 
     /// Appends what a subtree becomes in up to so many lanes.
     fn open(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
-        let pick = &self.costs[node as usize].pick;
+        let (pick, bounds) = (&self.costs[node as usize].pick, self.binary.nodes[node as usize].bounds);
         while lanes > 1 && pick[lanes - 1] == FEWER {
             lanes -= 1;
         }
         match pick[lanes - 1] {
-            AS_LEAF => out.push(self.lane(node, self.leaf(node))),
-            AS_INNER if lanes == 1 => out.push(self.lane(node, LaneContent::Inner(node))),
+            AS_LEAF => out.push(Lane { bounds, content: self.leaf(node) }),
+            AS_INNER if lanes == 1 => out.push(Lane { bounds, content: LaneContent::Inner(node) }),
             _ => self.divide(self.binary.nodes[node as usize].first, lanes, out),
         }
     }
@@ -85,10 +85,6 @@ impl Collapse<'_> {
         let to_left = self.to_left(left, lanes);
         self.open(left, to_left, out);
         self.open(left + 1, lanes - to_left, out);
-    }
-
-    fn lane(&self, node: u32, content: LaneContent) -> Lane {
-        Lane { bounds: self.binary.nodes[node as usize].bounds, content }
     }
 
     fn leaf(&self, node: u32) -> LaneContent {
@@ -138,11 +134,11 @@ impl Collapse<'_> {
                     LaneContent::Inner(node) => {
                         work.push((piece.nodes.len(), node, depth + 1));
                         piece.nodes.push(Node::EMPTY);
-                        Child::inner(piece.nodes.len() - 1)
+                        Child::new(Child::INNER, piece.nodes.len() - 1)
                     }
                     LaneContent::Other(place) => {
                         piece.order.push(place);
-                        Child::other(piece.order.len() - 1)
+                        Child::new(Child::OTHER, piece.order.len() - 1)
                     }
                     LaneContent::Several(company, places) => piece.leaf(company, &places),
                 };
@@ -162,13 +158,13 @@ impl Piece {
         match company {
             LeafKind::Spheres if count > 1 => {
                 self.rows.push(Row::room(RowKind::Spheres, first, count));
-                Child::row(self.rows.len() - 1)
+                Child::new(Child::ROW, self.rows.len() - 1)
             }
             LeafKind::Triangles => {
-                self.facts.push(LeafHeader { first: first as u32, count: count as u8, ..LeafHeader::default() });
-                Child::block(self.facts.len() - 1)
+                self.facts.push(LeafHeader::new(first, count));
+                Child::new(Child::BLOCK, self.facts.len() - 1)
             }
-            _ => Child::other(first),
+            _ => Child::new(Child::OTHER, first),
         }
     }
 }
@@ -196,7 +192,7 @@ impl Bvh8 {
         for (job, piece) in top.jobs.iter().zip(pieces) {
             let bases = [bvh.nodes.len(), bvh.facts.len(), order.len(), bvh.rows.len()];
             let bases @ [_, _, place, ..] = bases.map(|base| base as u32);
-            bvh.nodes[job.slot].children[job.lane] = Child::inner(bvh.nodes.len());
+            bvh.nodes[job.slot].children[job.lane] = Child::new(Child::INNER, bvh.nodes.len());
             let moved = |mut source: Node| {
                 source.children = source.children.map(|child| child.moved(bases));
                 source

@@ -6,17 +6,18 @@
 
 use super::leaf::{blocks, rows, spheres, triangles};
 use super::packet::{self, PacketResult, PacketState, PacketVisitor};
-use super::row::RayF64;
+use super::projected_ray::{ProjectedRay, Unsure};
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::traverse::{HitVisitor, traverse, traverse_instance};
+use super::triangle8::Triangle8;
 use super::{Bvh8, Child};
 use crate::aabb::BoundingSphere;
 use crate::instance::RoughInverse;
 use crate::math::simd::Portable;
 #[cfg(target_arch = "x86_64")]
 use crate::math::simd::{Avx2, Avx512};
-use crate::shapes::PreparedRay;
+use crate::shapes::{PreparedRay, TriangleHit};
 
 /// Entries of a set of instructions: methods of its token, each of which calls a function that an attribute has compiled for them.
 macro_rules! entries {
@@ -60,9 +61,9 @@ macro_rules! traversals {
             /// The rows that every query tests.
             pub(super) fn rows<A: HitVisitor>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A
-            ) { rows(s, bvh, &RayF64::new([ox, oy, oz], [dx, dy, dz]), answer) } -> bool;
+            ) { rows(s, bvh, &PreparedRay::in_world([ox, oy, oz], [dx, dy, dz]), answer) } -> bool;
             /// The same for a ray in the space of an instance.
-            pub(super) fn rows_mapped<A: HitVisitor>(s, bvh: &Bvh8, line: &RayF64, answer: &mut A) { rows(s, bvh, line, answer) } -> bool;
+            pub(super) fn rows_mapped<A: HitVisitor>(s, bvh: &Bvh8, line: &PreparedRay, answer: &mut A) { rows(s, bvh, line, answer) } -> bool;
             /// Blocks and the rest where there are no nodes.
             pub(super) fn blocks<A: HitVisitor>(s, bvh: &Bvh8, aim: &LeafRay, answer: &mut A) { blocks(s, bvh, aim, answer) } -> bool;
             /// Rays from one point.
@@ -73,14 +74,22 @@ macro_rules! traversals {
     };
 }
 
-/// What a traversal asks of a leaf, apart from it, whose registers that would take.
+/// What a traversal asks of a leaf, apart from it, whose registers that would take, with the exact test of a lane.
 macro_rules! leaves {
-    ($token:ident, $compiled:meta) => {
+    ($token:ident, $compiled:meta, $crossing:expr) => {
+        #[inline(always)]
+        fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
+            #[allow(unused_unsafe, reason = "what every processor has is safe to call")]
+            // SAFETY: `self` exists, so the processor has what the function needs.
+            unsafe {
+                $crossing(block, lane, sight)
+            }
+        }
         entries! { $token, $compiled:
             fn settle<A: HitVisitor>(s, bvh: &Bvh8, number: usize, lanes: u32, aim: &LeafRay, answer: &mut A) {
                 triangles(s, bvh, number, lanes, aim, answer)
             } -> bool;
-            fn spheres<A: HitVisitor>(s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, line: &mut Option<RayF64>, answer: &mut A) {
+            fn spheres<A: HitVisitor>(s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, line: &mut Option<PreparedRay>, answer: &mut A) {
                 spheres(s, bvh, leaf, aim, line, answer)
             } -> bool;
         }
@@ -95,7 +104,7 @@ impl Portable {
 }
 
 impl TraversalSimd for Portable {
-    leaves!(Portable, cfg(all()));
+    leaves!(Portable, cfg(all()), |_, _, _| Err(Unsure));
 }
 
 #[cfg(target_arch = "x86_64")]

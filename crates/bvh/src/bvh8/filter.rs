@@ -55,11 +55,9 @@ pub(super) struct Candidates<S: Simd> {
     pub lanes: u32,
     least: S::Floats,
     greatest: S::Floats,
-    error: S::Floats,
     determinant: S::Floats,
-    determinant_error: S::Floats,
     distance: S::Floats,
-    distance_error: S::Floats,
+    errors: Bounds<S>,
 }
 
 #[inline(always)]
@@ -88,6 +86,7 @@ pub(super) fn corner<S: Simd>(s: S, block: &Triangle8, place: usize) -> [S::Floa
 }
 
 /// What rounding takes at most, as above: of weights, of determinants, of distances times these, and of what those are held against.
+#[derive(Clone, Copy)]
 pub(super) struct Bounds<S: Simd> {
     pub weight: S::Floats,
     pub determinant: S::Floats,
@@ -125,7 +124,7 @@ pub(super) fn candidates<S: Simd>(s: S, ray: &LeafRay, block: &Triangle8, far: f
     let v = s.negate(dot(s, ab, across));
     let along = dot(s, normal, direction);
     let bounds = Bounds::new(s, ray, from, &block.longest, far);
-    undecided(s, [u, v, along], dot(s, normal, from), [s.splat(ray.near), s.splat(far)], &bounds)
+    undecided(s, [u, v, along], dot(s, normal, from), [s.splat(ray.near), s.splat(far)], bounds)
 }
 
 /// The lanes that are neither missed nor beyond either end of the range for certain, by U, V, D and T.
@@ -135,31 +134,30 @@ pub(super) fn undecided<S: Simd>(
     [u, v, along]: [S::Floats; 3],
     distance: S::Floats,
     [near, far]: [S::Floats; 2],
-    bounds: &Bounds<S>,
+    errors: Bounds<S>,
 ) -> Candidates<S> {
     let w = s.sub(s.sub(along, u), v);
     let (least, greatest) = (s.min(s.min(u, v), w), s.max(s.max(u, v), w));
-    let error = bounds.weight;
-    let missed = s.less(least, s.negate(error)) & s.less(error, greatest);
+    let missed = s.less(least, s.negate(errors.weight)) & s.less(errors.weight, greatest);
 
     let (determinant, distance) = (s.abs(along), s.signed_by(distance, along));
-    let before = s.less(distance, s.mul_sub(near, determinant, bounds.before));
-    let beyond = s.less(s.mul_add(far, determinant, bounds.beyond), distance);
-    let told = s.less(s.mul(bounds.determinant, s.splat(TOLD)), determinant);
+    let before = s.less(distance, s.mul_sub(near, determinant, errors.before));
+    let beyond = s.less(s.mul_add(far, determinant, errors.beyond), distance);
+    let told = s.less(s.mul(errors.determinant, s.splat(TOLD)), determinant);
     let lanes = !(missed | (before | beyond) & told) & 0xff;
-    let (determinant_error, distance_error) = (bounds.determinant, bounds.distance);
-    Candidates { lanes, least, greatest, error, determinant, determinant_error, distance, distance_error }
+    Candidates { lanes, least, greatest, determinant, distance, errors }
 }
 
 /// Of what is left, the lanes that the exact test hits within the range, for certain.
 #[inline(always)]
 pub(super) fn certain<S: Simd>(s: S, found: &Candidates<S>, near: f32, far: f32) -> u32 {
     const SLACK: f32 = 1e-6;
-    let inside = s.less(found.error, found.least) | s.less(found.greatest, s.negate(found.error));
-    let after = s.mul(s.splat(near.max(f32::MIN_POSITIVE) * (1.0 + SLACK)), s.add(found.determinant, found.determinant_error));
-    let until = s.mul(s.splat(far * (1.0 - SLACK)), s.sub(found.determinant, found.determinant_error));
-    let signed = s.less(s.mul(found.determinant_error, s.splat(TOLD)), found.determinant);
-    let after = s.less(after, s.sub(found.distance, found.distance_error));
-    let until = s.less(s.add(found.distance, found.distance_error), until);
-    found.lanes & inside & signed & after & until
+    let Candidates { lanes, least, greatest, determinant, distance, ref errors } = *found;
+    let inside = s.less(errors.weight, least) | s.less(greatest, s.negate(errors.weight));
+    let after = s.mul(s.splat(near.max(f32::MIN_POSITIVE) * (1.0 + SLACK)), s.add(determinant, errors.determinant));
+    let until = s.mul(s.splat(far * (1.0 - SLACK)), s.sub(determinant, errors.determinant));
+    let signed = s.less(s.mul(errors.determinant, s.splat(TOLD)), determinant);
+    let after = s.less(after, s.sub(distance, errors.distance));
+    let until = s.less(s.add(distance, errors.distance), until);
+    lanes & inside & signed & after & until
 }

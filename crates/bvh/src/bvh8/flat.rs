@@ -19,10 +19,8 @@ impl Bvh8 {
         (self.nodes.is_empty() && self.blocks.is_empty() && self.always == 0).then(|| self.others.clone())
     }
 
-    /// Whether so many primitives of any kinds may be.
-    pub fn may_be_flat(primitives: usize) -> bool {
-        primitives as u64 <= LIMIT / ROW * WIDTH as u64 + 1
-    }
+    /// More primitives of whatever kinds are too many.
+    pub const MOST_FLAT: usize = LIMIT as usize / ROW as usize * WIDTH + 1;
 
     /// Whether so many spheres, triangles and other primitives are tested one after the other as fast as by way of nodes.
     pub fn is_flat(spheres: u64, triangles: u64, others: u64) -> bool {

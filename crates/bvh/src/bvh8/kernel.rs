@@ -3,14 +3,11 @@
 use super::Bvh8;
 use super::optimisation_barrier::opaque;
 use super::packet::{PacketResult, PacketState, PacketVisitor};
-use super::row::RayF64;
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traverse::HitVisitor;
 use crate::aabb::BoundingSphere;
 use crate::instance::RoughInverse;
-use crate::math::simd::Portable;
-#[cfg(target_arch = "x86_64")]
-use crate::math::simd::{Avx2, Avx512};
+use crate::math::simd::{Avx2, Avx512, Portable};
 use crate::ray::{Interval, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;
@@ -39,34 +36,16 @@ impl Kernel {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Chosen {
     Portable(Portable),
-    #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
-    #[cfg(target_arch = "x86_64")]
     Avx512(Avx512),
 }
 
 impl Chosen {
-    pub const PORTABLE: Self = Self::Portable(Portable);
-
     pub fn new(kernel: Kernel) -> Option<Self> {
         match kernel {
-            Kernel::Portable => Some(Self::PORTABLE),
-            #[cfg(target_arch = "x86_64")]
+            Kernel::Portable => Some(Self::Portable(Portable)),
             Kernel::Avx2 => Avx2::detect().map(Self::Avx2),
-            #[cfg(target_arch = "x86_64")]
             Kernel::Avx512 => Avx512::detect().map(Self::Avx512),
-            #[cfg(not(target_arch = "x86_64"))]
-            Kernel::Avx2 | Kernel::Avx512 => None,
-        }
-    }
-
-    pub fn name(self) -> Kernel {
-        match self {
-            Self::Portable(_) => Kernel::Portable,
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2(_) => Kernel::Avx2,
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512(_) => Kernel::Avx512,
         }
     }
 }
@@ -74,7 +53,7 @@ impl Chosen {
 /// The fastest that this processor can run.
 impl Default for Chosen {
     fn default() -> Self {
-        [Kernel::Avx512, Kernel::Avx2].into_iter().find_map(Self::new).unwrap_or(Self::PORTABLE)
+        [Kernel::Avx512, Kernel::Avx2].into_iter().find_map(Self::new).unwrap_or(Self::Portable(Portable))
     }
 }
 
@@ -83,9 +62,7 @@ macro_rules! with {
     ($kernel:expr, $token:ident => $call:expr) => {
         match $kernel {
             Chosen::Portable($token) => $call,
-            #[cfg(target_arch = "x86_64")]
             Chosen::Avx2($token) => $call,
-            #[cfg(target_arch = "x86_64")]
             Chosen::Avx512($token) => $call,
         }
     };
@@ -120,7 +97,7 @@ impl Bvh8 {
     #[inline(never)]
     pub(crate) fn visit_mapped<A: HitVisitor>(&self, setup: &TraversalRay, answer: &mut A) -> bool {
         if self.always > 0 {
-            let line = RayF64::from(answer.prepared());
+            let line = *answer.prepared();
             if with!(self.kernel, s => s.rows_mapped(self, &line, answer)) {
                 return true;
             }

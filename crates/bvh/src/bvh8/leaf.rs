@@ -4,14 +4,14 @@
 use super::filter;
 use super::optimisation_barrier::in_memory;
 use super::projected_ray::{ProjectedRay, Unsure};
-use super::row::{RayF64, Row};
+use super::row::Row;
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, Lanes};
 use crate::math::simd::Simd;
-use crate::shapes::TriangleHit;
+use crate::shapes::{PreparedRay, TriangleHit};
 use crate::stats::TraversalCounter;
 
 /// The lanes of a block that the exact test is asked about, with a far end as it is and as boxes use it. None where what the filter says ended the
@@ -25,12 +25,12 @@ pub(super) fn candidates<S: Simd, A: HitVisitor>(
     [far, last]: [f32; 2],
     answer: &mut A,
 ) -> Option<u32> {
-    answer.counter().primitives(|| bvh.facts(number).count.into());
+    answer.counter().primitives(|| bvh.facts[number].count.into());
     let found = filter::candidates(s, aim, &bvh.blocks[number], last);
     if found.lanes == 0 {
         return Some(0);
     }
-    let [wanted, ends] = answer.lanes(bvh.facts(number));
+    let [wanted, ends] = answer.lanes(&bvh.facts[number]);
     let over = A::ANY && ends & filter::certain(s, &found, aim.near, far) != 0;
     (!over).then_some(found.lanes & wanted)
 }
@@ -46,7 +46,7 @@ pub(super) fn triangles<S: TraversalSimd, A: HitVisitor>(
     answer: &mut A,
 ) -> bool {
     let sight = if A::MAPPED { ProjectedRay::of(answer.prepared()) } else { ProjectedRay::new(aim.origin, aim.direction) };
-    let (triangles, facts) = (&bvh.blocks[number], bvh.facts(number));
+    let (triangles, facts) = (&bvh.blocks[number], &bvh.facts[number]);
     for lane in Lanes(lanes) {
         let met = s.crossing(triangles, lane, in_memory(&sight)).unwrap_or_else(|Unsure| alone(triangles, lane, answer));
         if met.is_some_and(|met| answer.triangle(facts, lane, &met)) {
@@ -63,7 +63,7 @@ fn alone<A: HitVisitor>(block: &Triangle8, lane: usize, answer: &mut A) -> Optio
 }
 
 #[inline(always)]
-fn row<S: Simd, A: HitVisitor>(s: S, row: &Row, line: &RayF64, answer: &mut A) -> bool {
+fn row<S: Simd, A: HitVisitor>(s: S, row: &Row, line: &PreparedRay, answer: &mut A) -> bool {
     answer.counter().primitives(|| row.facts.count.into());
     let found = row.hits(s, line, answer.range(), answer.culls());
     found.hits != 0 && answer.row(&row.facts, &found.stored(s))
@@ -76,18 +76,18 @@ pub(super) fn spheres<S: Simd, A: HitVisitor>(
     bvh: &Bvh8,
     leaf: Child,
     aim: &LeafRay,
-    line: &mut Option<RayF64>,
+    line: &mut Option<PreparedRay>,
     answer: &mut A,
 ) -> bool {
     // Made for the first row that the ray meets.
-    let line = line
-        .get_or_insert_with(|| if A::MAPPED { RayF64::from(answer.prepared()) } else { RayF64::new(aim.origin, aim.direction) });
+    let line =
+        line.get_or_insert_with(|| if A::MAPPED { *answer.prepared() } else { PreparedRay::in_world(aim.origin, aim.direction) });
     row(s, &bvh.rows[bvh.always + leaf.index()], line, answer)
 }
 
 /// The rows that every query meets.
 #[inline(always)]
-pub(super) fn rows<S: Simd, A: HitVisitor>(s: S, bvh: &Bvh8, line: &RayF64, answer: &mut A) -> bool {
+pub(super) fn rows<S: Simd, A: HitVisitor>(s: S, bvh: &Bvh8, line: &PreparedRay, answer: &mut A) -> bool {
     bvh.rows[..bvh.always].iter().any(|one| row(s, one, line, answer))
 }
 

@@ -37,11 +37,11 @@ pub(crate) struct PacketState {
     /// One array an axis; where there is no ray, the direction of the first.
     directions: [[f32; RAYS]; 3],
     /// How many rays there are.
-    count: usize,
+    pub count: usize,
     /// The excluded lower end of distances.
     near: f32,
     /// The greatest distance that still counts of each ray: that of its hit where it has one.
-    far: [f32; RAYS],
+    pub far: [f32; RAYS],
     /// The other numbers of its hit, and the slots.
     rest: [[f32; RAYS]; 2],
     slots: [[u32; RAYS]; 2],
@@ -66,22 +66,12 @@ impl PacketState {
         Self { origin: origin.to_array(), directions: lanes, count, near, far, rest: [[0.0; RAYS]; 2], slots, culls }
     }
 
-    /// How many rays there are.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
     /// What a ray has hit: the distance and the hit's other numbers, and both slots.
     #[inline(always)]
     pub fn hit(&self, ray: usize) -> Option<([f32; 3], [u32; 2])> {
         let ray = ray & (RAYS - 1);
         let found = self.slots[0][ray] != Self::NOTHING;
         found.then(|| ([self.far[ray], self.rest[0][ray], self.rest[1][ray]], [self.slots[0][ray], self.slots[1][ray]]))
-    }
-
-    /// The greatest distance of a ray that still counts.
-    pub fn far(&self, ray: usize) -> f32 {
-        self.far[ray & (RAYS - 1)]
     }
 
     /// A ray, at no time.
@@ -160,8 +150,9 @@ pub(super) fn walk<S: TraversalSimd, M: PacketVisitor>(
     pencil: &mut PacketState,
     meets: &mut M,
 ) -> PacketResult {
-    let bundle = if bvh.nodes.is_empty() && bvh.blocks.is_empty() { None } else { Bundle::new(s, pencil) };
-    if bundle.is_none() && !(bvh.nodes.is_empty() && bvh.blocks.is_empty()) {
+    let has_boxes = !(bvh.nodes.is_empty() && bvh.blocks.is_empty());
+    let bundle = if has_boxes { Bundle::new(s, pencil) } else { None };
+    if has_boxes && bundle.is_none() {
         return PacketResult::Unfit;
     }
     if bvh.always > 0 {

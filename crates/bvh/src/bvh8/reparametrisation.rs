@@ -30,11 +30,6 @@ impl RayReparametrisation {
         if sane { Self { start, scale } } else { Self { start: 0.0, scale: 1.0 } }
     }
 
-    /// The same unit, from there on.
-    pub fn from(start: f32) -> Self {
-        Self { start: start.into(), scale: 1.0 }
-    }
-
     /// A distance as the walk has it, rounded to the nearest.
     pub fn rebased(&self, t: f64) -> f32 {
         ((t - self.start) * self.scale) as f32

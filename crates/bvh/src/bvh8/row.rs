@@ -10,39 +10,6 @@ use crate::ray::{Interval, Ray, Side, Visibility};
 use crate::scalar::Real;
 use crate::shapes::{FAR, PreparedRay, Shape, ShapeHit, Sphere};
 
-/// A ray with what these tests need of a [`PreparedRay`], by its operations.
-#[derive(Clone, Copy)]
-pub(super) struct RayF64 {
-    origin: DVec3,
-    direction: DVec3,
-    length_squared: f64,
-    shortened: f64,
-    inverse_length_squared: f64,
-}
-
-impl From<&PreparedRay> for RayF64 {
-    #[inline(always)]
-    fn from(probe: &PreparedRay) -> Self {
-        let PreparedRay { origin, direction, length_squared, shortened, inverse_length_squared, .. } = *probe;
-        Self { origin, direction, length_squared, shortened, inverse_length_squared }
-    }
-}
-
-impl RayF64 {
-    /// Of a ray in the world.
-    #[inline(always)]
-    pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
-        Self::from(&PreparedRay::of(Ray::<f32>::new(origin.into(), direction.into()), false))
-    }
-
-    /// What a probe of the same ray says to a sphere.
-    fn probe(self) -> PreparedRay {
-        let Self { origin, direction, length_squared, shortened, inverse_length_squared } = self;
-        let ray = Ray::<f32>::new(origin.as_vec3(), direction.as_vec3());
-        PreparedRay { origin, direction, length_squared, shortened, inverse_length_squared, ..PreparedRay::of(ray, false) }
-    }
-}
-
 /// Up to eight spheres or planes. What is not there is no number, and is never hit.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
@@ -94,29 +61,28 @@ impl Row {
 
     /// Room for so many, the first of which is at a place.
     pub(super) fn room(kind: RowKind, first: usize, count: usize) -> Self {
-        let facts = LeafHeader { first: first as u32, count: count as u8, ..LeafHeader::default() };
-        Self { kind, facts, places: [[f32::NAN; WIDTH]; 3], rest: [[f32::NAN; WIDTH]; 3] }
+        Self { kind, facts: LeafHeader::new(first, count), places: [[f32::NAN; WIDTH]; 3], rest: [[f32::NAN; WIDTH]; 3] }
     }
 
     /// Where a ray hits them.
     #[inline(always)]
-    pub(super) fn hits<S: Simd>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> RowHits<S::Floats> {
+    pub(super) fn hits<S: Simd>(&self, s: S, probe: &PreparedRay, range: Interval<f32>, culls: bool) -> RowHits<S::Floats> {
         let rays = RayLanes {
-            origin: splat3_f64(s, line.origin),
-            direction: splat3_f64(s, line.direction),
-            length_squared: s.splat_f64(line.length_squared),
-            shortened: s.splat_f64(line.shortened),
-            inverse_length_squared: s.splat_f64(line.inverse_length_squared),
+            origin: splat3_f64(s, probe.origin),
+            direction: splat3_f64(s, probe.direction),
+            length_squared: s.splat_f64(probe.length_squared),
+            shortened: s.splat_f64(probe.shortened),
+            inverse_length_squared: s.splat_f64(probe.inverse_length_squared),
         };
         let ends = [s.splat(range.min), s.splat(Real::next_down(range.max))];
         let sides = [self.facts.outside_alone(culls).into(), self.facts.inside.into()];
         // One by one: a closure would not have the instructions of the function that it is in.
         let places = [s.widen(&self.places[0]), s.widen(&self.places[1]), s.widen(&self.places[2])];
         // By value: a ray that is referred to would lie in memory for the rare case.
-        let ([x, y, z], line) = (&self.rest, *line);
+        let ([x, y, z], probe) = (&self.rest, *probe);
         match self.kind {
             RowKind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, move |lane| {
-                self.sphere(lane).intersect(&line.probe(), range, self.side(lane, culls))
+                self.sphere(lane).intersect(&probe, range, self.side(lane, culls))
             }),
             RowKind::Planes => planes(s, places, [s.widen(x), s.widen(y), s.widen(z)], &rays, ends, sides),
         }
@@ -243,7 +209,7 @@ fn planes<S: Simd>(
     RowHits { hits: finite & !(outside_alone & !against) & !(inside_alone & against), leaving: 0, t }
 }
 
-/// Eight rays from one point, as [`RayF64`] has one.
+/// Eight rays from one point, with what these tests need of a [`PreparedRay`].
 pub(super) struct RaysF64<S: Simd> {
     rays: RayLanes<S>,
     origin: DVec3,

@@ -28,13 +28,6 @@ impl Waiting {
     }
 }
 
-/// The two entries of a mask of two bits.
-#[inline(always)]
-pub(super) fn two(children: &[Child; WIDTH], entries: &[f32; WIDTH], mask: u32) -> [Waiting; 2] {
-    let (a, b) = (mask.trailing_zeros() as usize & 7, (mask & mask.wrapping_sub(1)).trailing_zeros() as usize & 7);
-    [Waiting::new(children[a], entries[a]), Waiting::new(children[b], entries[b])]
-}
-
 /// Room for a stack. How many entries are in use is the walk's to know: beside the entries it would stay in memory, and
 /// every step would wait for it.
 pub(super) struct Stack([MaybeUninit<Waiting>; STACK]);
@@ -51,16 +44,6 @@ impl Stack {
         self.0[place].write(waiting);
     }
 
-    /// Reads an entry.
-    ///
-    /// # Safety
-    /// It was written.
-    #[inline(always)]
-    pub unsafe fn get(&self, place: usize) -> Waiting {
-        // SAFETY: the caller says that it was written.
-        unsafe { self.0[place].assume_init() }
-    }
-
     /// Takes entries off the top, down to one that is entered before `last`. None where there is no such one.
     ///
     /// # Safety
@@ -70,7 +53,7 @@ impl Stack {
         while *top > 0 {
             *top -= 1;
             // SAFETY: the caller says that everything below the top was written.
-            let waiting = unsafe { self.get(*top) };
+            let waiting = unsafe { self.0[*top].assume_init() };
             if waiting.entry() <= last {
                 return Some(waiting.child());
             }
@@ -116,15 +99,5 @@ impl Stack {
         let Some(two) = self.0[..top].last_chunk::<2>() else { panic!("two are waiting") };
         // SAFETY: the caller says that they were written.
         two.map(|waiting| unsafe { waiting.assume_init() }.child())
-    }
-
-    /// Writes the children of a mask from `top` on. Returns the new top.
-    #[inline(always)]
-    pub fn push(&mut self, mut top: usize, children: &[Child; WIDTH], entries: &[f32; WIDTH], mask: u32) -> usize {
-        for lane in Lanes(mask) {
-            self.set(top, Waiting::new(children[lane], entries[lane]));
-            top += 1;
-        }
-        top
     }
 }

@@ -1,26 +1,32 @@
 //! What a traversal asks of a set of instructions besides lanes: its stack, the exact test of some lanes, and leaves apart from it.
 
 use super::projected_ray::{ProjectedRay, Unsure};
-use super::row::RayF64;
-use super::stack::{Stack, Waiting, two};
+use super::stack::{Stack, Waiting};
 use super::traversal_ray::LeafRay;
 use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
-use super::{Bvh8, Child, WIDTH};
+use super::{Bvh8, Child, Lanes, WIDTH};
 use crate::math::simd::Simd;
-use crate::shapes::TriangleHit;
+use crate::shapes::{PreparedRay, TriangleHit};
 
 /// What a traversal asks of a set of instructions besides lanes.
 pub(super) trait TraversalSimd: Simd {
     /// The two children of a mask of two bits.
     #[inline(always)]
     fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2] {
-        two(children, &self.to_array(entries), mask)
+        let entries = self.to_array(entries);
+        let (a, b) = (mask.trailing_zeros() as usize & 7, (mask & mask.wrapping_sub(1)).trailing_zeros() as usize & 7);
+        [Waiting::new(children[a], entries[a]), Waiting::new(children[b], entries[b])]
     }
     /// Writes the children of a mask from `top` on. Returns the new top.
     #[inline(always)]
-    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
-        stack.push(top, children, &self.to_array(entries), mask)
+    fn push(self, stack: &mut Stack, mut top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
+        let entries = self.to_array(entries);
+        for lane in Lanes(mask) {
+            stack.set(top, Waiting::new(children[lane], entries[lane]));
+            top += 1;
+        }
+        top
     }
     /// The same, the nearest last.
     #[inline(always)]
@@ -28,14 +34,18 @@ pub(super) trait TraversalSimd: Simd {
         stack.push_sorted(base, children, &self.to_array(entries), mask)
     }
     /// The exact test of a lane, where this has one of its own.
-    #[inline(always)]
-    fn crossing(self, _: &Triangle8, _: usize, _: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
-        Err(Unsure)
-    }
+    fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure>;
     /// [`super::leaf::triangles`], compiled for this and apart from the walk, whose registers it would take.
     fn settle<A: HitVisitor>(self, bvh: &Bvh8, number: usize, lanes: u32, aim: &LeafRay, answer: &mut A) -> bool;
     /// [`super::leaf::spheres`], the same way.
-    fn spheres<A: HitVisitor>(self, bvh: &Bvh8, leaf: Child, aim: &LeafRay, line: &mut Option<RayF64>, answer: &mut A) -> bool;
+    fn spheres<A: HitVisitor>(
+        self,
+        bvh: &Bvh8,
+        leaf: Child,
+        aim: &LeafRay,
+        line: &mut Option<PreparedRay>,
+        answer: &mut A,
+    ) -> bool;
 }
 
 #[cfg(all(test, target_arch = "x86_64"))]

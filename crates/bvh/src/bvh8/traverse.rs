@@ -153,8 +153,7 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
     let aim = setup.aim;
     let mut far = RayEnd::new(s, answer.far());
     let (mut stack, mut line) = (Stack::new(), None);
-    let mut top = 0;
-    let mut current = Child(0);
+    let (mut top, mut current) = (0, Child(0));
     loop {
         // Down to a leaf that has to be looked at. Nothing is called in here, so the ray keeps its registers.
         let left = loop {

@@ -68,6 +68,11 @@ pub(crate) struct LeafHeader {
 }
 
 impl LeafHeader {
+    /// Of so many slots from the first on.
+    pub fn new(first: usize, count: usize) -> Self {
+        Self { first: first as u32, count: count as u8, ..Self::default() }
+    }
+
     /// Takes down how a lane takes part.
     pub fn set(&mut self, lane: usize, visibility: Visibility) {
         let bit = 1 << lane;
@@ -94,11 +99,5 @@ impl LeafHeader {
     #[inline(always)]
     pub fn accepts(&self, lane: usize, from_outside: bool, culls: bool) -> bool {
         (if from_outside { self.inside } else { self.outside_alone(culls) }) >> lane & 1 == 0
-    }
-
-    /// Lanes that are hit from either side.
-    #[inline(always)]
-    pub fn two_sided(&self, culls: bool) -> u8 {
-        !(self.outside_alone(culls) | self.inside)
     }
 }

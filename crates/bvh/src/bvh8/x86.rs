@@ -12,7 +12,6 @@ use core::arch::x86_64::*;
 use super::entries::{entries, leaves};
 use super::leaf::{spheres, triangles};
 use super::projected_ray::{ProjectedRay, Unsure};
-use super::row::RayF64;
 use super::stack::{Stack, Waiting};
 use super::traversal_ray::LeafRay;
 use super::traversal_simd::TraversalSimd;
@@ -20,29 +19,18 @@ use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
 use crate::math::simd::{Avx2, Avx512, Simd};
-use crate::shapes::TriangleHit;
-
-/// What both have in common.
-macro_rules! of_both {
-    () => {
-        #[inline(always)]
-        fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
-            // SAFETY: `self` says that the processor has AVX2.
-            unsafe { exact::crossing(block, lane, sight) }
-        }
-    };
-}
+use crate::shapes::{PreparedRay, TriangleHit};
 
 impl TraversalSimd for Avx2 {
-    of_both!();
-
-    leaves!(Avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
+    leaves!(Avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"), exact::crossing);
 }
 
 impl TraversalSimd for Avx512 {
-    of_both!();
-
-    leaves!(Avx512, target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
+    leaves!(
+        Avx512,
+        target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"),
+        exact::crossing
+    );
 
     #[inline(always)]
     fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {

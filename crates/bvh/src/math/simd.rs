@@ -8,6 +8,9 @@ mod portable;
 mod x86;
 
 pub(crate) use self::portable::Portable;
+/// Other processors have none of these instructions.
+#[cfg(not(target_arch = "x86_64"))]
+pub(crate) use self::portable::{Portable as Avx2, Portable as Avx512};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use self::x86::{Avx2, Avx512};
 

@@ -10,7 +10,7 @@ use crate::shapes::PreparedRay;
 use crate::stats::TraversalCounter;
 
 /// A kind of query: what it takes of a leaf, and what it makes of a hit.
-pub(super) trait QueryKind<R: Real> {
+pub(super) trait QueryKind<R: Real>: Sized {
     /// Whether any hit will do.
     const ANY: bool;
     /// Where hits count.
@@ -19,21 +19,13 @@ pub(super) trait QueryKind<R: Real> {
     fn far(&self) -> R;
     /// The same query by this ray.
     #[inline(always)]
-    fn in_space_of(self, _ray: &PreparedRay) -> Self
-    where
-        Self: Sized,
-    {
+    fn in_space_of(self, _ray: &PreparedRay) -> Self {
         self
     }
-    /// The lanes of a leaf that matter: all of them unless said otherwise.
+    /// The lanes of a leaf that matter, and those of them any hit of which ends the query: all and none unless said otherwise.
     #[inline(always)]
-    fn wanted(_facts: &LeafHeader) -> u8 {
-        u8::MAX
-    }
-    /// Those of them any hit of which ends the query.
-    #[inline(always)]
-    fn opaque(_facts: &LeafHeader) -> u8 {
-        0
+    fn lanes(_facts: &LeafHeader) -> [u8; 2] {
+        [u8::MAX, 0]
     }
     /// Takes a hit within the range. Whether it ends the query.
     fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool;
@@ -143,12 +135,8 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
         self.range.max.next_down()
     }
     #[inline(always)]
-    fn wanted(facts: &LeafHeader) -> u8 {
-        if BY_VISIBILITY { facts.opaque | facts.asks } else { u8::MAX }
-    }
-    #[inline(always)]
-    fn opaque(facts: &LeafHeader) -> u8 {
-        if BY_VISIBILITY { facts.opaque } else { 0 }
+    fn lanes(facts: &LeafHeader) -> [u8; 2] {
+        if BY_VISIBILITY { [facts.opaque | facts.asks, facts.opaque] } else { [u8::MAX, 0] }
     }
     #[inline(always)]
     fn take(&mut self, _: &Geometry<R>, found: SlotHit<R>) -> bool {

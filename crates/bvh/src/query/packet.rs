@@ -99,7 +99,7 @@ impl<R: Real> Geometry<R> {
             asking.one_by_one(slot, &mut pencil);
         }
         let number = R::from_f32;
-        hits.extend((0..pencil.count()).map(|ray| {
+        hits.extend((0..pencil.count).map(|ray| {
             let ([t, u, v], [slot, inner]) = pencil.hit(ray)?;
             Some(self.named(&SlotHit { t: number(t), u: number(u), v: number(v), slot, inner }))
         }));
@@ -121,7 +121,7 @@ impl<R: Real> PacketQuery<'_, '_, R> {
         let geometry = self.geometry;
         for (ray, &direction) in self.directions.iter().enumerate() {
             let probe: PreparedRay = geometry.prepare(self.rays.ray(direction));
-            let range = Interval { min: self.rays.range.min, max: R::from_f32(pencil.far(ray)).next_up() };
+            let range = Interval { min: self.rays.range.min, max: R::from_f32(pencil.far[ray]).next_up() };
             let own = (slot as u32, &geometry.group.slots[slot]);
             if let Some(SlotHit { t, u, v, slot, inner }) = geometry.test(own, &probe, range, &mut ()) {
                 pencil.consider(ray, [t, u, v].map(Real::to_f32), [slot, inner], |a, b| self.lower(a, b));

@@ -12,13 +12,7 @@ use crate::shapes::{PreparedRay, Transform, TriangleHit};
 use crate::stats::TraversalCounter;
 
 impl<R: Real> Geometry<R> {
-    /// What shows a query a ray in the tree's own scalar. In its place from the start, where it is read: to move it would wait for its stores.
-    #[inline(always)]
-    pub(super) fn visitor<'a, Q, T>(&'a self, ray: &'a Ray<R>, query: Q, tally: &'a mut T) -> Visitor<'a, R, Q, T, false> {
-        Visitor::new(self, ray.culls, RaySource::Stored(ray), query, tally)
-    }
-
-    /// Shows a query what such a ray meets. Returns whether that ended it.
+    /// Shows a query what a ray in the tree's own scalar meets. Returns whether that ended it.
     #[inline(always)]
     pub(super) fn visit_stored<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -109,7 +103,7 @@ impl<R: Real> Geometry<R> {
 
 /// From what the ray of exact tests is made.
 #[derive(Clone, Copy)]
-enum RaySource<'a, R: Real> {
+pub(super) enum RaySource<'a, R: Real> {
     Stored(&'a Ray<R>),
     /// A ray of the world, and the map of an instance.
     Under(&'a Transform, &'a PreparedRay),
@@ -144,8 +138,9 @@ pub(super) struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
 }
 
 impl<'a, R: Real, Q, T, const MAPPED: bool> Visitor<'a, R, Q, T, MAPPED> {
+    /// In its place from the start, where it is read: to move it would wait for its stores.
     #[inline(always)]
-    fn new(geometry: &'a Geometry<R>, culls: bool, ray: RaySource<'a, R>, query: Q, tally: &'a mut T) -> Self {
+    pub fn new(geometry: &'a Geometry<R>, culls: bool, ray: RaySource<'a, R>, query: Q, tally: &'a mut T) -> Self {
         Self { geometry, culls, ray, prepared: None, query, rebase: RayReparametrisation::default(), tally }
     }
 }
@@ -157,7 +152,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisit
 
     #[inline(always)]
     fn starts(&mut self, at: f32) {
-        self.rebase = RayReparametrisation::from(at);
+        self.rebase = RayReparametrisation { start: at.into(), scale: 1.0 };
     }
 
     #[inline(always)]
@@ -192,7 +187,8 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisit
         if !Q::ANY {
             return [u32::MAX, 0];
         }
-        [Q::wanted(facts).into(), (Q::opaque(facts) & facts.two_sided(self.culls)).into()]
+        let [wanted, opaque] = Q::lanes(facts);
+        [wanted.into(), (opaque & !(facts.outside_alone(self.culls) | facts.inside)).into()]
     }
 
     #[inline(always)]
@@ -206,15 +202,16 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisit
         if !(facts.accepts(lane, met.from_outside, self.culls) && self.query.range().contains(t)) {
             return false;
         }
-        Q::opaque(facts) >> lane & 1 != 0 || self.query.take(self.geometry, found)
+        Q::lanes(facts)[1] >> lane & 1 != 0 || self.query.take(self.geometry, found)
     }
 
     #[inline(always)]
     fn row(&mut self, facts: &LeafHeader, roots: &RowHits<[f32; WIDTH]>) -> bool {
-        if roots.hits & u32::from(Q::opaque(facts)) != 0 {
+        let [wanted, opaque] = Q::lanes(facts);
+        if roots.hits & u32::from(opaque) != 0 {
             return true;
         }
-        for lane in Lanes(roots.hits & u32::from(Q::wanted(facts))) {
+        for lane in Lanes(roots.hits & u32::from(wanted)) {
             let v = if roots.leaving >> lane & 1 == 0 { R::ZERO } else { R::ONE };
             let t = R::from_f32(roots.t[lane]);
             if self.query.take(self.geometry, SlotHit { t, u: R::ZERO, v, slot: facts.first + lane as u32, inner: NO_PART }) {

@@ -42,9 +42,12 @@ pub enum AnyShape<R: Real> {
 
 macro_rules! each {
     ($any:expr, $shape:ident => $result:expr) => {
+        each!($any, AnyShape::Plane($shape) => $result, $shape => $result)
+    };
+    ($any:expr, $first:pat => $own:expr, $shape:ident => $result:expr) => {
         match $any {
+            $first => $own,
             AnyShape::Sphere($shape) => $result,
-            AnyShape::Plane($shape) => $result,
             AnyShape::Disk($shape) => $result,
             AnyShape::Quad($shape) => $result,
             AnyShape::Cuboid($shape) => $result,
@@ -62,20 +65,7 @@ macro_rules! each {
 /// Those of finite area.
 macro_rules! each_finite {
     ($any:expr, $shape:ident => $result:expr) => {
-        match $any {
-            AnyShape::Plane(_) | AnyShape::Cylinder(Cylinder { ends: Ends::None, .. }) => None,
-            AnyShape::Sphere($shape) => Some($result),
-            AnyShape::Disk($shape) => Some($result),
-            AnyShape::Quad($shape) => Some($result),
-            AnyShape::Cuboid($shape) => Some($result),
-            AnyShape::Cylinder($shape) => Some($result),
-            AnyShape::Cone($shape) => Some($result),
-            AnyShape::Ellipsoid($shape) => Some($result),
-            AnyShape::Hyperboloid($shape) => Some($result),
-            AnyShape::Paraboloid($shape) => Some($result),
-            AnyShape::Torus($shape) => Some($result),
-            AnyShape::Triangle($shape) => Some($result),
-        }
+        each!($any, AnyShape::Plane(_) | AnyShape::Cylinder(Cylinder { ends: Ends::None, .. }) => None, $shape => Some($result))
     };
 }
 

@@ -17,14 +17,6 @@ pub(super) enum Face {
     Parallelogram,
 }
 
-/// The shares of the two edges at a point, their gradients in the world, and the least that a share may be at a start, that of
-/// the third corner last.
-struct EdgeShares {
-    at: [f64; 2],
-    gradients: [DVec3; 2],
-    least: [f64; 3],
-}
-
 /// A face spanned by two edges, met at their shares `at`, with its starts away from the border.
 #[inline(never)]
 pub(super) fn off_border<R: Real>(
@@ -34,73 +26,69 @@ pub(super) fn off_border<R: Real>(
     at: [f64; 2],
     maps: Maps<'_>,
 ) -> SurfacePoint {
-    let ([u, v], one, normal) = (at, 1.0, ab.cross(ac));
-    let inverse = one / normal.dot(normal);
+    let ([u, v], normal) = (at, ab.cross(ac));
+    let inverse = 1.0 / normal.dot(normal);
     let (by_u, by_v) = (ac.cross(normal) * inverse, normal.cross(ab) * inverse);
     let by_both = by_u + by_v;
     let drift = Drift::around::<R>(Some(maps), located.point, located.error);
     let reach = drift.reach() * 2.0;
     let is_far = |share: f64, gradient: DVec3| share > 0.0 && share * share > reach * reach * gradient.dot(gradient);
     let opposite =
-        if face == Face::Triangle { is_far(one - u - v, by_both) } else { is_far(one - u, by_u) && is_far(one - v, by_v) };
+        if face == Face::Triangle { is_far(1.0 - u - v, by_both) } else { is_far(1.0 - u, by_u) && is_far(1.0 - v, by_v) };
     if is_far(u, by_u) && is_far(v, by_v) && opposite {
         return located;
     }
     // As far off the edge as a start may drift off its own face, too: then it is still behind one that leans over it.
     let lean = drift.along(located.normal);
     let least = [by_u, by_v, by_both].map(|gradient| drift.along(gradient) + lean * gradient.length());
-    let shares = EdgeShares { at, gradients: [drift.in_world(by_u), drift.in_world(by_v)], least };
-    let kept = if face == Face::Triangle { shares.within_triangle() } else { shares.within_parallelogram() };
+    let within = if face == Face::Triangle { within_triangle } else { within_parallelogram };
+    let kept = within(at, [drift.in_world(by_u), drift.in_world(by_v)], least);
     let start = located.point + ab * (kept[0] - u) + ac * (kept[1] - v);
     SurfacePoint { above: start, below: start, ..located }
 }
 
-impl EdgeShares {
-    /// The nearest ones in the world that are not below the least.
-    fn within_triangle(&self) -> [f64; 2] {
-        let ([u, v], [by_u, by_v], least) = (self.at, self.gradients, self.least);
-        let gradients = [by_u, by_v, -(by_u + by_v)];
-        let mut shares = [u, v, 1.0 - u - v];
-        let lack = |shares: &[f64; 3], i: usize| least[i] - shares[i];
-        let mut near = 0;
-        for i in 1..3 {
-            near = if lack(&shares, i) > lack(&shares, near) { i } else { near };
-        }
-        let lacks = lack(&shares, near);
-        let has_room = least[0] + least[1] + least[2] < 1.0;
-        if !has_room || lacks <= 0.0 {
-            return self.at;
-        }
-        // Straight away from that edge.
-        let step = lacks / gradients[near].dot(gradients[near]);
-        for i in 0..3 {
-            shares[i] += gradients[i].dot(gradients[near]) * step;
-        }
-        for i in (0..3).filter(|&i| i != near) {
-            if lack(&shares, i) > 0.0 {
-                // Beside a corner: as far as it has to be from both edges there.
-                (shares[near], shares[i]) = (least[near], least[i]);
-                shares[3 - near - i] = 1.0 - least[near] - least[i];
-                break;
-            }
-        }
-        [shares[0], shares[1]]
+/// Of the shares of the two edges at a point, by their gradients in the world, the nearest ones that are not below the least, that of the third
+/// corner last.
+fn within_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) -> [f64; 2] {
+    let gradients = [by_u, by_v, -(by_u + by_v)];
+    let mut shares = [u, v, 1.0 - u - v];
+    let lack = |shares: &[f64; 3], i: usize| least[i] - shares[i];
+    let mut near = 0;
+    for i in 1..3 {
+        near = if lack(&shares, i) > lack(&shares, near) { i } else { near };
     }
+    let lacks = lack(&shares, near);
+    let has_room = least[0] + least[1] + least[2] < 1.0;
+    if !has_room || lacks <= 0.0 {
+        return [u, v];
+    }
+    // Straight away from that edge.
+    let step = lacks / gradients[near].dot(gradients[near]);
+    for i in 0..3 {
+        shares[i] += gradients[i].dot(gradients[near]) * step;
+    }
+    for i in (0..3).filter(|&i| i != near) {
+        if lack(&shares, i) > 0.0 {
+            // Beside a corner: as far as it has to be from both edges there.
+            (shares[near], shares[i]) = (least[near], least[i]);
+            shares[3 - near - i] = 1.0 - least[near] - least[i];
+            break;
+        }
+    }
+    [shares[0], shares[1]]
+}
 
-    /// The same with the sides opposite each edge.
-    fn within_parallelogram(&self) -> [f64; 2] {
-        let ([u, v], [by_u, by_v], [least_u, least_v, _]) = (self.at, self.gradients, self.least);
-        let half: f64 = 0.5;
-        let has_room = least_u < half && least_v < half;
-        if !has_room {
-            return self.at;
-        }
-        let kept = |share: f64, least: f64| share.max(least).min(1.0 - least);
-        let (to_u, to_v) = (kept(u, least_u) - u, kept(v, least_v) - v);
-        // Straight away from one side the other share changes with it.
-        let both = by_u.dot(by_v);
-        let with_u = if to_v == 0.0 { to_u * (both / by_u.dot(by_u)) } else { to_v };
-        let with_v = if to_u == 0.0 { to_v * (both / by_v.dot(by_v)) } else { to_u };
-        [kept(u + with_v, least_u), kept(v + with_u, least_v)]
+/// The same with the sides opposite each edge.
+fn within_parallelogram([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], [least_u, least_v, _]: [f64; 3]) -> [f64; 2] {
+    let has_room = least_u < 0.5 && least_v < 0.5;
+    if !has_room {
+        return [u, v];
     }
+    let kept = |share: f64, least: f64| share.max(least).min(1.0 - least);
+    let (to_u, to_v) = (kept(u, least_u) - u, kept(v, least_v) - v);
+    // Straight away from one side the other share changes with it.
+    let both = by_u.dot(by_v);
+    let with_u = if to_v == 0.0 { to_u * (both / by_u.dot(by_u)) } else { to_v };
+    let with_v = if to_u == 0.0 { to_v * (both / by_v.dot(by_v)) } else { to_u };
+    [kept(u + with_v, least_u), kept(v + with_u, least_v)]
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::{disk_support, length, split};
-use super::quadratic::{Crossings, Quadratic, Span, approach, tests_close};
+use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, tests_close};
 use super::turned::{Turned, WALL};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
@@ -81,13 +81,6 @@ impl<R: Real> Cone<R> {
         Turned::new(self.base, self.axis, [self.radius, self.top_radius])
     }
 
-    /// The radius at a fraction of the axis.
-    #[inline(always)]
-    fn radius_at(&self, along: f64) -> f64 {
-        let (base, top) = (self.radius.to_f64(), self.top_radius.to_f64());
-        base + (top - base) * along
-    }
-
     /// The point of the wall at a fraction `along` of the axis, in the direction `out` across the axis, or at the tip where
     /// there is no such direction.
     fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
@@ -96,9 +89,16 @@ impl<R: Real> Cone<R> {
         let has_side = distance > 0.0;
         let out = if has_side { out * (1.0 / distance) } else { DVec3::ZERO };
         let taper = self.top_radius.to_f64() - self.radius.to_f64();
-        let point = self.base.to_f64() + axis * along + out * self.radius_at(along);
+        let point = self.base.to_f64() + axis * along + out * (self.radius.to_f64() + taper * along);
         let normal = if has_side { out * height - axis * (taper / height) } else { axis * 1.0_f64.copysign(-taper) };
         SurfacePoint::new(point, normal.normalize(), slack(self.solid().scale(point)))
+    }
+
+    /// Areas of the wall, the base and the other end.
+    fn areas(&self) -> [f64; 3] {
+        let (base, top, height) = (self.radius.to_f64(), self.top_radius.to_f64(), self.axis.to_f64().length());
+        let pi = core::f64::consts::PI;
+        [pi * (base + top) * length(height, base - top), pi * base * base, pi * top * top]
     }
 }
 
@@ -118,8 +118,7 @@ impl<R: Real> Shape<R> for Cone<R> {
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
         // The unrounded end of the span, so that the fraction along the axis is the hit's own.
-        let t = self.span(probe, true).map_or_else(|| hit.t.to_f64(), |span| span.unrounded(hit));
-        let raw = probe.origin + probe.direction * t;
+        let raw = point_at(probe, self.span(probe, true).map(Span::crossings), hit);
         let (along, out) = split(raw - self.base.to_f64(), self.axis.to_f64());
         let located = if part == WALL { self.on_wall(along, out) } else { self.solid().on_cap(part, out) };
         self.solid().start_inside::<R>(located, part, (along, out), maps)
@@ -128,15 +127,6 @@ impl<R: Real> Shape<R> for Cone<R> {
     /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base; on an end from its centre to its rim.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         self.solid().parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, 1.0)
-    }
-}
-
-impl<R: Real> Cone<R> {
-    /// Areas of the wall, the base and the other end.
-    fn areas(&self) -> [f64; 3] {
-        let (base, top, height) = (self.radius.to_f64(), self.top_radius.to_f64(), self.axis.to_f64().length());
-        let pi = core::f64::consts::PI;
-        [pi * (base + top) * length(height, base - top), pi * base * base, pi * top * top]
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::drift::Drift;
-use super::quadratic::Span;
+use super::quadratic::{Span, point_at};
 use super::{Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -52,9 +52,9 @@ impl<R: Real> Cuboid<R> {
         Some(span)
     }
 
-    /// The point, kept on its face and within its border by the rounding to storage.
+    /// The surface at a point near a face: the point is kept on that and within its border by the rounding to storage.
     #[inline(always)]
-    fn on_face(&self, raw: DVec3, axis: usize, greater: bool) -> DVec3 {
+    fn located(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let at = |i: usize| {
             let (min, max) = (self.min.axis(i), self.max.axis(i));
             if i == axis {
@@ -62,16 +62,9 @@ impl<R: Real> Cuboid<R> {
             }
             raw[i].min(max.next_down().to_f64()).max(min.next_up().to_f64())
         };
-        DVec3::new(at(0), at(1), at(2))
-    }
-
-    /// The surface at a point near a face.
-    #[inline(always)]
-    fn located(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let size = self.min.abs().max(self.max.abs()).to_f64().max_element();
-        let sign = if greater { 1.0 } else { -1.0 };
-        let normal = Self::face::<DVec3, f64>(axis, sign);
-        SurfacePoint::new(self.on_face(raw, axis, greater), normal, slack(size))
+        let normal = Self::face::<DVec3, f64>(axis, if greater { 1.0 } else { -1.0 });
+        SurfacePoint::new(DVec3::new(at(0), at(1), at(2)), normal, slack(size))
     }
 
     /// From a point of a face to where a ray starts that goes in: inside of all faces, so far as it may drift against each. What
@@ -120,8 +113,7 @@ impl<R: Real> Shape<R> for Cuboid<R> {
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let (axis, greater) = face_of(hit.u);
         let span = if probe.mapped { self.span(probe) } else { None };
-        let t = span.map_or_else(|| hit.t.to_f64(), |span| span.unrounded(hit));
-        let located = self.located(probe.origin + probe.direction * t, (axis, greater));
+        let located = self.located(point_at(probe, span.map(Span::crossings), hit), (axis, greater));
         match maps {
             Some(maps) => SurfacePoint { below: self.inwards(&located, (axis, greater), maps), ..located },
             None => located,
@@ -171,9 +163,7 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         let mut place = self.min.to_f64();
         place[along_u] += s[along_u] * (twice - f64::from(u8::from(greater)));
         place[along_v] += s[along_v] * v.to_f64();
-        let raw = DVec3::from_f64(place);
-        let located = self.located(raw, (axis, greater));
-        (SurfacePoint::new(self.on_face(raw, axis, greater), located.normal, located.error), 1.0 / self.area())
+        (self.located(place, (axis, greater)), 1.0 / self.area())
     }
 }
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::drift::off_bends;
 use super::frame::{disk_support, split};
-use super::quadratic::{Crossings, point_at, tests_close};
+use super::quadratic::{point_at, tests_close};
 use super::turned::{Turned, WALL};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
@@ -55,21 +55,18 @@ impl<R: Real> Cylinder<R> {
         Turned::new(self.base, self.axis, [self.radius; 2])
     }
 
-    /// Where the ray is at a hit: at the unrounded distance where the precision asks for it.
-    fn raw(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> DVec3 {
-        let (solid, wall) = (self.solid(), self.solid().tube(probe, true));
-        if self.ends != Ends::Capped {
-            return point_at(probe, wall, hit);
-        }
-        let span = wall.and_then(|w| solid.span(probe, w));
-        point_at(probe, span.map(|s| Crossings { enter: s.near, leave: s.far }), hit)
-    }
-
     /// The point of the wall at a fraction `along` of the axis, seen from the axis in the direction `out`.
     fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
         let normal = out.normalize();
         let point = self.base.to_f64() + self.axis.to_f64() * along + normal * self.radius.to_f64();
         SurfacePoint::new(point, normal, slack(self.solid().scale(point)))
+    }
+
+    /// Areas of the wall and of one cap.
+    fn areas(&self) -> (f64, f64) {
+        let (radius, height) = (self.radius.to_f64(), self.axis.to_f64().length());
+        let cap = if self.ends == Ends::Capped { core::f64::consts::PI * radius * radius } else { 0.0 };
+        (core::f64::consts::TAU * radius * height, cap)
     }
 }
 
@@ -96,7 +93,9 @@ impl<R: Real> Shape<R> for Cylinder<R> {
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
-        let (solid, raw) = (self.solid(), self.raw(probe, hit));
+        let (solid, wall) = (self.solid(), self.solid().tube(probe, true));
+        let span = || Some(solid.span(probe, wall?)?.crossings());
+        let raw = point_at(probe, if self.ends == Ends::Capped { span() } else { wall }, hit);
         let (mut along, mut out) = split(raw - self.base.to_f64(), self.axis.to_f64());
         if self.ends == Ends::Capped && maps.is_none() {
             // Wall and caps are at right angles here, so only rounding brings a start across a seam. Kept away from the seam
@@ -122,15 +121,6 @@ impl<R: Real> Shape<R> for Cylinder<R> {
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let top = if self.ends == Ends::None { 0.0 } else { 1.0 };
         self.solid().parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, top)
-    }
-}
-
-impl<R: Real> Cylinder<R> {
-    /// Areas of the wall and of one cap.
-    fn areas(&self) -> (f64, f64) {
-        let (radius, height) = (self.radius.to_f64(), self.axis.to_f64().length());
-        let cap = if self.ends == Ends::Capped { core::f64::consts::PI * radius * radius } else { 0.0 };
-        (core::f64::consts::TAU * radius * height, cap)
     }
 }
 

@@ -12,16 +12,11 @@ use glam::DVec3;
 /// The maps between the space of a shape and the world, the innermost first.
 #[derive(Clone, Copy, Debug)]
 pub struct Maps<'a> {
-    map: &'a Transform,
-    outer: Option<&'a Maps<'a>>,
+    pub(crate) map: &'a Transform,
+    pub(crate) outer: Option<&'a Maps<'a>>,
 }
 
 impl<'a> Maps<'a> {
-    /// A map with those of the space that it leads to.
-    pub fn new(map: &'a Transform, outer: Option<&'a Maps<'a>>) -> Self {
-        Self { map, outer }
-    }
-
     fn to_world(self, located: &SurfacePoint) -> SurfacePoint {
         let mapped = self.map.located_to_world(located);
         self.outer.map_or(mapped, |outer| outer.to_world(&mapped))
@@ -34,7 +29,7 @@ impl<'a> Maps<'a> {
 
     /// How long in the space of the shape at most is what is one in each axis of the world.
     fn magnification(self) -> f64 {
-        let own = self.map.magnification();
+        let own = self.map.magnification;
         self.outer.map_or(own, |outer| own * outer.magnification())
     }
 }

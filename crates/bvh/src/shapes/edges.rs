@@ -73,19 +73,18 @@ impl Corner {
 /// the ray sees edge-on: its neighbours are hit instead.
 #[inline(always)]
 pub(crate) fn cross(probe: &PreparedRay, a: &Corner, b: &Corner, c: &Corner) -> Option<TriangleHit<f64>> {
-    let zero = 0.0;
     let (u, v, w) = (b.edge(c), c.edge(a), a.edge(b));
     // Without short circuits: most triangles are missed, by an edge that no branch predictor can guess. −0 counts as 0.
-    if ((u < zero) | (v < zero) | (w < zero)) & ((u > zero) | (v > zero) | (w > zero)) {
+    if ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0)) {
         return None;
     }
     // Of one sign, so the sum is zero only when all of them are.
     let determinant = u + v + w;
-    let seen = determinant.abs() > zero;
+    let seen = determinant.abs() > 0.0;
     if !seen {
         return None;
     }
-    let from_outside = determinant > zero;
+    let from_outside = determinant > 0.0;
     let [za, zb, zc] = [a.offset.dot(probe.direction), b.offset.dot(probe.direction), c.offset.dot(probe.direction)];
     let sizes = a.x.abs() + a.y.abs() + b.x.abs() + b.y.abs() + c.x.abs() + c.y.abs();
     let depth = za.max(zb).max(zc) - za.min(zb).min(zc);

@@ -66,13 +66,17 @@ impl<R: Real> Ellipsoid<R> {
     /// [`super::drift::off_bends`].
     #[inline(never)]
     fn inwards(&self, located: &SurfacePoint, maps: Maps<'_>) -> DVec3 {
-        let (zero, one, s) = (0.0, 1.0, self.semi_axes.to_f64());
+        let s = self.semi_axes.to_f64();
         let drift = Drift::around::<R>(Some(maps), located.point, located.error);
-        let x = drift.along(DVec3::new(one / s.x, zero, zero));
-        let y = drift.along(DVec3::new(zero, one / s.y, zero));
-        let z = drift.along(DVec3::new(zero, zero, one / s.z));
+        let [x, y, z] = [DVec3::X / s.x, DVec3::Y / s.y, DVec3::Z / s.z].map(|gradient| drift.along(gradient));
         let share = x * x + y * y + z * z;
-        if share < one { (self.centre.to_f64() - located.point) * share } else { DVec3::ZERO }
+        if share < 1.0 { (self.centre.to_f64() - located.point) * share } else { DVec3::ZERO }
+    }
+
+    /// How many times larger the surface is at a point than the unit sphere at its image, by the unit direction there.
+    fn stretch(&self, n: DVec3) -> f64 {
+        let s = self.semi_axes.to_f64();
+        DVec3::new(n.x * s.y * s.z, n.y * s.z * s.x, n.z * s.x * s.y).length()
     }
 }
 
@@ -87,8 +91,7 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
     }
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
-        let crossings = self.crossings(probe, true);
-        let point = point_at(probe, crossings, hit);
+        let point = point_at(probe, self.crossings(probe, true), hit);
         let way = (probe.origin - point).abs().max_element();
         let located = self.at(point, way + point.abs().max_element());
         match maps {
@@ -107,14 +110,6 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
     }
 }
 
-impl<R: Real> Ellipsoid<R> {
-    /// How many times larger the surface is at a point than the unit sphere at its image, by the unit direction there.
-    fn stretch(&self, n: DVec3) -> f64 {
-        let s = self.semi_axes.to_f64();
-        DVec3::new(n.x * s.y * s.z, n.y * s.z * s.x, n.z * s.x * s.y).length()
-    }
-}
-
 /// Drawn evenly over the unit sphere and mapped: the density follows the stretch of the map.
 impl<R: Real> SampleArea<R> for Ellipsoid<R> {
     fn area(&self) -> f64 {
@@ -123,7 +118,7 @@ impl<R: Real> SampleArea<R> for Ellipsoid<R> {
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let n = sphere_direction(u.to_f64(), v.to_f64());
-        let point = DVec3::from_f64(self.centre.to_f64() + self.semi_axes.to_f64() * n);
+        let point = self.centre.to_f64() + self.semi_axes.to_f64() * n;
         let density = 1.0 / (4.0 * core::f64::consts::PI * self.stretch(n));
         (self.at(point, 0.0), density)
     }

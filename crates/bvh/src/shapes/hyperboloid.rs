@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::drift::off_bends;
-use super::frame::{disk_support, length, turn};
+use super::frame::{disk_support, length, spoke, turn};
 use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, Quadratic, approach, point_at, rarely};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, sample::area_by_quadrature, slack};
@@ -73,6 +73,13 @@ impl<R: Real> Hyperboloid<R> {
     fn radius_at(&self, y: f64) -> f64 {
         self.waist.to_f64() * length(y / self.slope.to_f64(), 1.0)
     }
+
+    /// One over the density at a height: the ring there times its slant, over the whole height.
+    fn inverse_density(&self, y: f64) -> f64 {
+        let (a, c, radius) = (self.waist.to_f64(), self.slope.to_f64(), self.radius_at(y));
+        let lean = a * a * y / (c * c * radius);
+        2.0 * self.half_height.to_f64() * core::f64::consts::TAU * radius * length(lean, 1.0)
+    }
 }
 
 impl<R: Real> Shape<R> for Hyperboloid<R> {
@@ -95,8 +102,7 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
     }
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
-        let crossings = self.crossings(probe, true);
-        let point = point_at(probe, crossings, hit);
+        let point = point_at(probe, self.crossings(probe, true), hit);
         let located = self.at(point, (probe.origin - point).abs().max_element());
         off_bends::<R>(located, maps, || {
             // Outside it is the profile that bends, most at the waist; inside, and there most as well, the circle.
@@ -114,15 +120,6 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
     }
 }
 
-impl<R: Real> Hyperboloid<R> {
-    /// One over the density at a height: the ring there times its slant, over the whole height.
-    fn inverse_density(&self, y: f64) -> f64 {
-        let (a, c, radius) = (self.waist.to_f64(), self.slope.to_f64(), self.radius_at(y));
-        let lean = a * a * y / (c * c * radius);
-        2.0 * self.half_height.to_f64() * core::f64::consts::TAU * radius * length(lean, 1.0)
-    }
-}
-
 /// Drawn evenly over height and angle.
 impl<R: Real> SampleArea<R> for Hyperboloid<R> {
     fn area(&self) -> f64 {
@@ -131,14 +128,11 @@ impl<R: Real> SampleArea<R> for Hyperboloid<R> {
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let y = (2.0 * u.to_f64() - 1.0) * self.half_height.to_f64();
-        let angle = v.to_f64() * core::f64::consts::TAU;
-        let radius = self.radius_at(y);
-        let offset = DVec3::new(radius * libm::cos(angle), y, radius * libm::sin(angle));
-        let point = DVec3::from_f64(self.centre.to_f64() + offset);
-        (self.at(point, 0.0), 1.0 / self.inverse_density(y))
+        let offset = spoke(DVec3::Y, v.to_f64()) * self.radius_at(y) + DVec3::Y * y;
+        (self.at(self.centre.to_f64() + offset, 0.0), 1.0 / self.inverse_density(y))
     }
 
     fn density(&self, point: &SurfacePoint) -> f64 {
-        1.0 / self.inverse_density(point.point.y.to_f64() - self.centre.y().to_f64())
+        1.0 / self.inverse_density(point.point.y - self.centre.y().to_f64())
     }
 }

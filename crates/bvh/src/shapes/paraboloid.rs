@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::drift::off_bends;
-use super::frame::{length, turn};
+use super::frame::{length, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
 use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, sample::area_by_quadrature, slack};
 use crate::ray::{Interval, Side};
@@ -49,6 +49,13 @@ impl<R: Real> Paraboloid<R> {
         let scale = scale + apex.abs().max_element() + point.abs().max_element() + radius + height;
         SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
+
+    /// One over the density at a distance from the axis: the rim's disk, as much larger as the bowl leans there.
+    fn inverse_density(&self, distance: f64) -> f64 {
+        let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
+        let lean = 2.0 * height * distance / (radius * radius);
+        core::f64::consts::PI * radius * radius * length(lean, 1.0)
+    }
 }
 
 impl<R: Real> Shape<R> for Paraboloid<R> {
@@ -73,8 +80,7 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
     }
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
-        let crossings = self.crossings(probe, true);
-        let point = point_at(probe, crossings, hit);
+        let point = point_at(probe, self.crossings(probe, true), hit);
         let located = self.at(point, (probe.origin - point).abs().max_element());
         off_bends::<R>(located, maps, || {
             // It bends most at the apex.
@@ -91,15 +97,6 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
     }
 }
 
-impl<R: Real> Paraboloid<R> {
-    /// One over the density at a distance from the axis: the rim's disk, as much larger as the bowl leans there.
-    fn inverse_density(&self, distance: f64) -> f64 {
-        let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
-        let lean = 2.0 * height * distance / (radius * radius);
-        core::f64::consts::PI * radius * radius * length(lean, 1.0)
-    }
-}
-
 /// Drawn evenly over the disk below the rim.
 impl<R: Real> SampleArea<R> for Paraboloid<R> {
     fn area(&self) -> f64 {
@@ -107,11 +104,9 @@ impl<R: Real> SampleArea<R> for Paraboloid<R> {
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
-        let (share, angle) = (u.to_f64(), v.to_f64() * core::f64::consts::TAU);
-        let distance = share.sqrt() * self.radius.to_f64();
-        let offset = DVec3::new(distance * libm::cos(angle), share * self.height.to_f64(), distance * libm::sin(angle));
-        let point = DVec3::from_f64(self.apex.to_f64() + offset);
-        (self.at(point, 0.0), 1.0 / self.inverse_density(distance))
+        let distance = u.to_f64().sqrt() * self.radius.to_f64();
+        let offset = spoke(DVec3::Y, v.to_f64()) * distance + DVec3::Y * (u.to_f64() * self.height.to_f64());
+        (self.at(self.apex.to_f64() + offset, 0.0), 1.0 / self.inverse_density(distance))
     }
 
     fn density(&self, point: &SurfacePoint) -> f64 {

@@ -47,22 +47,25 @@ impl PreparedRay {
     /// Prepares a ray, for triangles and quads too or not.
     #[inline(always)]
     pub(crate) fn of<R: Real>(ray: Ray<R>, faces: bool) -> Self {
-        Self::with(ray.origin.to_f64(), ray.direction.to_f64(), (ray.time.to_f64(), ray.culls), false, faces)
+        let (origin, direction) = (ray.origin.to_f64(), ray.direction.to_f64());
+        let length_squared = direction.dot(direction);
+        let inverse_length_squared = 1.0 / length_squared;
+        let shortened = length_squared * Self::SHORTER;
+        let across = if faces { across(direction) } else { [DVec3::ZERO; 2] };
+        let (time, culls, mapped) = (ray.time.to_f64(), ray.culls, false);
+        Self { origin, direction, time, culls, mapped, length_squared, shortened, inverse_length_squared, across }
+    }
+
+    /// Prepares a stored ray for spheres and planes.
+    #[inline(always)]
+    pub(crate) fn in_world(origin: [f32; 3], direction: [f32; 3]) -> Self {
+        Self::of(Ray::<f32>::new(origin.into(), direction.into()), false)
     }
 
     /// Prepares a ray of a mapped space, of any length: distances are in units of that length.
     #[inline(always)]
     pub(crate) fn mapped(origin: DVec3, direction: DVec3, culls: bool) -> Self {
-        Self::with(origin, direction, (0.0, culls), true, true)
-    }
-
-    #[inline(always)]
-    fn with(origin: DVec3, direction: DVec3, (time, culls): (f64, bool), mapped: bool, faces: bool) -> Self {
-        let length_squared = direction.dot(direction);
-        let inverse_length_squared = 1.0 / length_squared;
-        let shortened = length_squared * Self::SHORTER;
-        let across = if faces { across(direction) } else { [DVec3::ZERO; 2] };
-        Self { origin, direction, time, culls, mapped, length_squared, shortened, inverse_length_squared, across }
+        Self { mapped: true, ..Self::new(Ray { origin, direction, time: 0.0, culls }) }
     }
 
     /// Whether a point made from a stored distance could lie beside the hit by as much as 2⁻¹⁴ of a shape of this size. Such

@@ -157,10 +157,10 @@ impl Span {
         Self { near, far, near_part, far_part }
     }
 
-    /// The end that was returned as `hit`, unrounded.
+    /// Its two ends.
     #[inline(always)]
-    pub fn unrounded<R: Real>(&self, hit: ShapeHit<R>) -> f64 {
-        if hit.leaves() { self.far } else { self.near }
+    pub fn crossings(self) -> Crossings {
+        Crossings { enter: self.near, leave: self.far }
     }
 
     /// The first end in the range on an accepted side, with its part as the hit's first number.
@@ -177,14 +177,4 @@ impl Span {
         let part = if hit.leaves() { self.far_part } else { self.near_part };
         Some(ShapeHit { u: R::from_f64(part.into()), ..hit })
     }
-}
-
-/// The distances at which `height + slope·t` lies between 0 and `top`; parts `low` and `high` bound it. None when it never
-/// does.
-#[inline(always)]
-pub(crate) fn slab(height: f64, slope: f64, top: f64, low: u8, high: u8) -> Option<Span> {
-    if slope == 0.0 {
-        return (0.0 <= height && height <= top).then(|| Span::of(-f64::INFINITY, f64::INFINITY, low));
-    }
-    Some(Span::between(-height / slope, (top - height) / slope, [low, high], slope > 0.0))
 }

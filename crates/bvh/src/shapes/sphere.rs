@@ -85,7 +85,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
         let n = self.locate(probe, hit).normal;
         let [u, v] = on_globe::<f64>(n).map(R::from_f64);
         let around = self.radius.to_f64() * core::f64::consts::TAU;
-        let dpdu = DVec3::new(n.z(), 0.0, -n.x()) * around;
+        let dpdu = DVec3::new(n.z, 0.0, -n.x) * around;
         Parameters { u, v, dpdu: R::Vec3::from_f64(dpdu), mirrored: false }
     }
 }
@@ -113,7 +113,7 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
-        (self.at(DVec3::from_f64(sphere_direction(u.to_f64(), v.to_f64()))), 1.0 / self.area())
+        (self.at(sphere_direction(u.to_f64(), v.to_f64())), 1.0 / self.area())
     }
 }
 

@@ -48,7 +48,6 @@ impl<R: Real> Torus<R> {
     /// wherever it is in that sphere, or passes through the hole.
     #[inline(always)]
     fn profile(&self, probe: &PreparedRay) -> Option<Profile> {
-        let (two, four): (f64, f64) = (2.0, 4.0);
         let (axis, major) = (self.axis.to_f64(), self.major_radius.to_f64());
         let one_over = 1.0 / major;
         let f = probe.origin - self.centre.to_f64();
@@ -78,33 +77,25 @@ impl<R: Real> Torus<R> {
         }
         let g = squared + (1.0 - tube) * (1.0 + tube);
         let quartic = Quartic {
-            p: two * g - four + four * lean * lean * inverse_axis,
+            p: 2.0 * g - 4.0 + 4.0 * lean * lean * inverse_axis,
             q: 8.0 * height * lean * inverse_axis,
-            w: g * g - four * (squared - height * height * inverse_axis),
+            w: g * g - 4.0 * (squared - height * height * inverse_axis),
         };
         Some(Profile { quartic, reach, middle: ahead, scale: major * inverse_length })
-    }
-
-    /// The root that was stored as a hit's distance.
-    fn unrounded(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Option<f64> {
-        let profile = self.profile(probe)?;
-        profile.quartic.crossings(profile.reach, |x, enters| {
-            let t = profile.middle + profile.scale * x;
-            (R::from_f64(t) == hit.t && enters != hit.leaves()).then_some(t)
-        })
-    }
-
-    #[inline(always)]
-    fn scale(&self, point: DVec3) -> f64 {
-        let own = self.centre.abs().max_element() + self.major_radius + self.minor_radius;
-        own.to_f64() + point.abs().max_element()
     }
 
     /// The point of the tube around the circle's point in direction `spoke`, in the direction `normal` from there.
     fn on_tube(&self, spoke: DVec3, normal: DVec3) -> SurfacePoint {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         let point = self.centre.to_f64() + spoke * major + normal * minor;
-        SurfacePoint::new(point, normal, slack(self.scale(point)))
+        let size = self.centre.abs().max_element() + self.major_radius + self.minor_radius;
+        SurfacePoint::new(point, normal, slack(size.to_f64() + point.abs().max_element()))
+    }
+
+    /// One over the density where the tube's normal leans away from the axis by `away`.
+    fn inverse_density(&self, away: f64) -> f64 {
+        let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
+        core::f64::consts::TAU * core::f64::consts::TAU * minor * (major + minor * away)
     }
 }
 
@@ -131,8 +122,11 @@ impl<R: Real> Shape<R> for Torus<R> {
             (spoke, offset - spoke * major)
         };
         // In a map's space and from far the rounding of the stored distance may be large: the root is looked up again.
-        let looked_up = probe.needs_unrounded(hit.t, self.minor_radius);
-        let exact = if looked_up { self.unrounded(probe, hit) } else { None };
+        let profile = if probe.needs_unrounded(hit.t, self.minor_radius) { self.profile(probe) } else { None };
+        let exact = profile.and_then(|Profile { quartic, reach, middle, scale }| {
+            let stored = |t: f64, enters: bool| R::from_f64(t) == hit.t && enters != hit.leaves();
+            quartic.crossings(reach, |x, enters| Some(middle + scale * x).filter(|&t| stored(t, enters)))
+        });
         let raw = exact.map_or_else(|| probe.at(hit.t), |t| probe.origin + probe.direction * t);
         let (spoke, off) = tube(raw - centre);
         let minor = self.minor_radius.to_f64();
@@ -149,14 +143,6 @@ impl<R: Real> Shape<R> for Torus<R> {
         let away = R::from_f64(located.normal.dot(out.normalize()));
         let full = R::from_f64(core::f64::consts::TAU);
         Parameters { u, v: R::from_f64(0.5) - up.atan2(away) / full, dpdu, mirrored: false }
-    }
-}
-
-impl<R: Real> Torus<R> {
-    /// One over the density where the tube's normal leans away from the axis by `away`.
-    fn inverse_density(&self, away: f64) -> f64 {
-        let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
-        core::f64::consts::TAU * core::f64::consts::TAU * minor * (major + minor * away)
     }
 }
 

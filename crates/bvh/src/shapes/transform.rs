@@ -10,52 +10,34 @@ use crate::scalar::{Real, Vector};
 /// An invertible affine map, with the inverse of its linear part.
 #[derive(Clone, Copy, Debug)]
 pub struct Transform {
-    columns: [DVec3; 3],
-    inverse_columns: [DVec3; 3],
-    translation: DVec3,
-    magnification: f64,
-}
-
-/// A matrix by its columns, times a vector.
-#[inline(always)]
-fn times([x, y, z]: [DVec3; 3], v: DVec3) -> DVec3 {
-    x * v.x + y * v.y + z * v.z
+    pub(crate) to_world: DAffine3,
+    /// The way back, once the translation is taken from a point.
+    pub(crate) inverse: DMat3,
+    /// How long in object space at most is what is one in each axis of the world.
+    pub(super) magnification: f64,
 }
 
 impl Transform {
     /// From an f64 map; none when it can't be inverted in finite numbers.
     pub fn new(to_world: DAffine3) -> Option<Self> {
-        let inverse = accurate_inverse(to_world.matrix3);
-        let invertible = to_world.matrix3.determinant() != 0.0 && to_world.is_finite() && inverse.is_finite();
-        invertible.then(|| Self::with(to_world, inverse))
+        let transform = Self::of_invertible(to_world);
+        let invertible = to_world.matrix3.determinant() != 0.0 && to_world.is_finite() && transform.inverse.is_finite();
+        invertible.then_some(transform)
     }
 
     /// From an f64 map that is known to have an inverse. Where rounding has taken that, the way back leads to no numbers, and a
     /// ray of those hits nothing.
     pub(crate) fn of_invertible(to_world: DAffine3) -> Self {
-        Self::with(to_world, accurate_inverse(to_world.matrix3))
-    }
-
-    fn with(to_world: DAffine3, inverse: DMat3) -> Self {
-        let columns = |m: DMat3| [m.x_axis, m.y_axis, m.z_axis];
-        Self {
-            columns: columns(to_world.matrix3),
-            inverse_columns: columns(inverse),
-            translation: to_world.translation,
-            magnification: inverse.x_axis.length() + inverse.y_axis.length() + inverse.z_axis.length(),
-        }
-    }
-
-    /// The way back: the columns of the inverse, and what is taken from a point first.
-    pub(crate) fn inverse(&self) -> ([DVec3; 3], DVec3) {
-        (self.inverse_columns, self.translation)
+        let inverse = accurate_inverse(to_world.matrix3);
+        let magnification = inverse.x_axis.length() + inverse.y_axis.length() + inverse.z_axis.length();
+        Self { to_world, inverse, magnification }
     }
 
     /// The box of the world around a sphere of object space.
     pub(crate) fn sphere_bounds(&self, sphere: &BoundingSphere) -> Aabb {
-        let squared = self.columns.map(|column| column * column);
-        let half = times(squared, DVec3::ONE).map(f64::sqrt) * f64::from(sphere.radius);
-        Aabb::around(times(self.columns, DVec3::from_array(sphere.centre.map(f64::from))) + self.translation, half)
+        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = self.to_world.matrix3;
+        let half = (x * x + y * y + z * z).map(f64::sqrt) * f64::from(sphere.radius);
+        Aabb::around(self.to_world.transform_point3(DVec3::from_array(sphere.centre.map(f64::from))), half)
     }
 
     /// A world ray in the space of the object. Its direction is *not* brought to unit length there: distances along it stay
@@ -63,51 +45,36 @@ impl Transform {
     #[inline]
     pub fn probe_to_object(&self, probe: &PreparedRay) -> PreparedRay {
         // The translation first: what it takes away is not magnified then.
-        let turn = |v: DVec3| times(self.inverse_columns, v);
-        PreparedRay::mapped(turn(probe.origin - self.translation), turn(probe.direction), probe.culls)
+        let origin = self.inverse * (probe.origin - self.to_world.translation);
+        PreparedRay::mapped(origin, self.inverse * probe.direction, probe.culls)
     }
 
     /// A surface of object space in the world: the point by the map, the normal by the inverse transpose, outward still
     /// outward where the map mirrors, the error bound grown by the map, by its own rounding, and by that of the way back for
     /// a ray that starts at the point.
     pub fn located_to_world(&self, s: &SurfacePoint) -> SurfacePoint {
-        let sizes = self.columns.map(DVec3::abs);
-        let there = times(self.columns, s.point);
-        let point = there + self.translation;
-        let there_and_back = times(sizes, times(self.inverse_columns.map(DVec3::abs), there.abs()));
-        let magnitude =
-            times(sizes, s.point.abs().max(s.above.abs()).max(s.below.abs())) + there_and_back + self.translation.abs();
+        let DAffine3 { matrix3: matrix, translation } = self.to_world;
+        let (sizes, there) = (matrix.abs(), matrix * s.point);
+        let there_and_back = sizes * (self.inverse.abs() * there.abs());
+        let magnitude = sizes * s.point.abs().max(s.above.abs()).max(s.below.abs()) + there_and_back + translation.abs();
         SurfacePoint {
-            point,
-            above: times(self.columns, s.above) + self.translation,
-            below: times(self.columns, s.below) + self.translation,
+            point: there + translation,
+            above: matrix * s.above + translation,
+            below: matrix * s.below + translation,
             normal: self.normal_to_world(s.normal).normalize(),
-            error: s.error * times(sizes, DVec3::ONE).max_element() + magnitude.max_element() * (f64::ROUNDOFF * 16.0),
+            error: s.error * (sizes * DVec3::ONE).max_element() + magnitude.max_element() * (f64::ROUNDOFF * 16.0),
         }
-    }
-
-    /// A surface of the world in object space, without a bound: the point by the inverse, the normal by the transpose.
-    pub fn located_to_object(&self, s: &SurfacePoint) -> SurfacePoint {
-        let [x, y, z] = self.columns;
-        let normal = DVec3::new(x.dot(s.normal), y.dot(s.normal), z.dot(s.normal)).normalize();
-        SurfacePoint::new(times(self.inverse_columns, s.point - self.translation), normal, 0.0)
     }
 
     /// A normal by the inverse transpose, not brought to unit length.
     pub fn normal_to_world(&self, normal: DVec3) -> DVec3 {
-        let [x, y, z] = self.inverse_columns;
-        DVec3::new(x.dot(normal), y.dot(normal), z.dot(normal))
-    }
-
-    /// How long in object space at most is what is one in each axis of the world.
-    pub fn magnification(&self) -> f64 {
-        self.magnification
+        self.inverse.transpose_mul_vec3(normal)
     }
 
     /// Texture coordinates of object space in the world: the derivative turns with the map.
     pub fn parameters_to_world<R: Real>(&self, s: &Parameters<R>) -> Parameters<R> {
-        let [x, y, z] = self.columns;
-        let dpdu = R::Vec3::from_f64(times(self.columns, s.dpdu.to_f64()));
+        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = self.to_world.matrix3;
+        let dpdu = R::Vec3::from_f64(self.to_world.matrix3 * s.dpdu.to_f64());
         Parameters { dpdu, mirrored: s.mirrored != (x.dot(y.cross(z)) < 0.0), ..*s }
     }
 }

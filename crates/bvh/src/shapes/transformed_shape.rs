@@ -15,7 +15,6 @@ use crate::scalar::{Real, Vector};
 pub struct TransformedShape<R: Real> {
     shape: AnyShape<R>,
     transform: Transform,
-    to_world: DAffine3,
     /// Volume of the image of a unit cube.
     volume: f64,
 }
@@ -24,13 +23,13 @@ impl<R: Real> TransformedShape<R> {
     /// Puts a shape under a map; none when the map can't be inverted in finite numbers.
     pub fn new(shape: AnyShape<R>, to_world: DAffine3) -> Option<Self> {
         let volume = to_world.matrix3.determinant().abs();
-        Transform::new(to_world).map(|transform| Self { shape, transform, to_world, volume })
+        Transform::new(to_world).map(|transform| Self { shape, transform, volume })
     }
 
     /// How far the image reaches in a direction of the world.
     pub fn support(&self, direction: DVec3) -> Option<f64> {
-        let own = self.to_world.matrix3.transpose() * direction;
-        Some(self.shape.support(own)? + self.to_world.translation.dot(direction))
+        let DAffine3 { matrix3: matrix, translation } = self.transform.to_world;
+        Some(self.shape.support(matrix.transpose() * direction)? + translation.dot(direction))
     }
 
     /// The least box around the image; none for a shape without bounds.
@@ -51,7 +50,7 @@ impl<R: Real> TransformedShape<R> {
 
     /// The surface at a hit of a ray that comes from the world by the inverses of these maps.
     pub(crate) fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, outer: Under<'_>) -> SurfacePoint {
-        let maps = Maps::new(&self.transform, outer.as_ref());
+        let maps = Maps { map: &self.transform, outer: outer.as_ref() };
         self.transform.located_to_world(&self.shape.locate_under(&self.transform.probe_to_object(probe), hit, Some(maps)))
     }
 
@@ -62,14 +61,14 @@ impl<R: Real> TransformedShape<R> {
 
     /// How many times larger the image of a piece of surface is, by its unit normal in object space.
     fn stretch(&self, normal: DVec3) -> f64 {
-        self.volume * self.transform.normal_to_world(DVec3::from_f64(normal)).to_f64().length()
+        self.volume * self.transform.normal_to_world(normal).length()
     }
 
     /// Area of the image; none when it is infinite. In closed form under a map that only turns, moves and evenly scales, for
     /// a flat shape and for a box; by quadrature otherwise.
     pub fn area(&self) -> Option<f64> {
         let own = self.shape.area()?;
-        if is_similarity(self.to_world.matrix3) {
+        if is_similarity(self.transform.to_world.matrix3) {
             let scale = libm::cbrt(self.volume);
             return Some(own * scale * scale);
         }
@@ -80,8 +79,7 @@ impl<R: Real> TransformedShape<R> {
         if let AnyShape::Cuboid(cuboid) = &self.shape {
             let s = cuboid.max.to_f64() - cuboid.min.to_f64();
             let faces = DVec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
-            let stretched = DVec3::new(self.stretch(DVec3::X), self.stretch(DVec3::Y), self.stretch(DVec3::Z));
-            return Some(2.0 * faces.dot(stretched));
+            return Some(2.0 * faces.dot(DVec3::AXES.map(|axis| self.stretch(axis)).into()));
         }
         Some(area_by_quadrature(|u, v| {
             self.sample_area(R::from_f64(u), R::from_f64(v)).map_or(0.0, |(_, density)| 1.0 / density)
@@ -96,16 +94,12 @@ impl<R: Real> TransformedShape<R> {
         Some((self.transform.located_to_world(&own), density / stretch))
     }
 
-    /// The density per area of drawing the point at a hit; none when the area is infinite.
-    pub fn density(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Option<f64> {
-        let own = self.shape.locate(&self.transform.probe_to_object(probe), hit);
-        let stretch = self.stretch(own.normal);
-        Some(self.shape.density(&own)? / stretch)
-    }
-
     /// The density per area of drawing a point of the image; none when the area is infinite.
     pub fn density_at(&self, point: &SurfacePoint) -> Option<f64> {
-        let own = self.transform.located_to_object(point);
+        // Without a bound: the point by the inverse, the normal by the transpose.
+        let Transform { to_world, inverse, .. } = &self.transform;
+        let normal = to_world.matrix3.transpose_mul_vec3(point.normal).normalize();
+        let own = SurfacePoint::new(*inverse * (point.point - to_world.translation), normal, 0.0);
         let stretch = self.stretch(own.normal);
         Some(self.shape.density(&own)? / stretch)
     }

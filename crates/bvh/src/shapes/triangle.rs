@@ -29,6 +29,25 @@ impl<R: Real> Triangle<R> {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         (b - a).cross(c - a).normalize_or_zero()
     }
+
+    /// The watertight test.
+    #[inline(always)]
+    pub(crate) fn crossing(&self, probe: &PreparedRay) -> Option<TriangleHit<f64>> {
+        // One by one: an array's map is not always inlined.
+        let [a, b, c] = self.vertices;
+        cross(probe, &Corner::new(probe, a.to_f64()), &Corner::new(probe, b.to_f64()), &Corner::new(probe, c.to_f64()))
+    }
+
+    /// The surface at the weights of the second and third corner.
+    #[inline(always)]
+    fn at([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> SurfacePoint {
+        let (ab, ac, bc) = (b - a, c - a, c - b);
+        let (normal, scale) = (ab.cross(ac), a.abs().max(b.abs()).max(c.abs()).max_element());
+        let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
+        let inverse = 1.0 / normal.length();
+        let error = corner_slack(scale, longest, inverse);
+        SurfacePoint::new(a + ab * u + ac * v, normal * inverse, error)
+    }
 }
 
 impl<R: Real> Shape<R> for Triangle<R> {
@@ -94,28 +113,6 @@ fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     #[expect(clippy::manual_clamp, reason = "of a way of no length, NaN, nothing is left; a clamp would keep it")]
     let share = share.min(reach * 16.0 / way).max(0.0).min(1.0);
     [u + (third - u) * share, v + (third - v) * share]
-}
-
-impl<R: Real> Triangle<R> {
-    /// The watertight test.
-    #[inline(always)]
-    pub(crate) fn crossing(&self, probe: &PreparedRay) -> Option<TriangleHit<f64>> {
-        // One by one: an array's map is not always inlined.
-        let [a, b, c] = self.vertices;
-        cross(probe, &Corner::new(probe, a.to_f64()), &Corner::new(probe, b.to_f64()), &Corner::new(probe, c.to_f64()))
-    }
-
-    /// The surface at the weights of the second and third corner.
-    #[inline(always)]
-    fn at([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> SurfacePoint {
-        let (ab, ac) = (b - a, c - a);
-        let (p, q, r) = (ab, ac, c - b);
-        let (normal, scale) = (p.cross(q), a.abs().max(b.abs()).max(c.abs()).max_element());
-        let longest = p.dot(p).max(q.dot(q)).max(r.dot(r));
-        let inverse = 1.0 / normal.length();
-        let error = corner_slack(scale, longest, inverse);
-        SurfacePoint::new(a + ab * u + ac * v, normal * inverse, error)
-    }
 }
 
 impl<R: Real> SampleArea<R> for Triangle<R> {

@@ -2,7 +2,7 @@
 
 use super::drift::Drift;
 use super::frame::{split, spoke, tangent, turn};
-use super::quadratic::{Crossings, Quadratic, Span, approach, slab};
+use super::quadratic::{Crossings, Quadratic, Span, approach};
 use super::{Parameters, PreparedRay, SurfacePoint, Under, slack};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
@@ -53,8 +53,12 @@ impl Turned {
     /// Where the ray is between the two ends, in distances from the ray's origin.
     #[inline(always)]
     pub fn between_ends(&self, probe: &PreparedRay) -> Option<Span> {
-        let height = self.axis.dot(probe.origin - self.base);
-        slab(height, self.axis.dot(probe.direction), self.axis.dot(self.axis), BASE, TOP)
+        let (height, slope) = (self.axis.dot(probe.origin - self.base), self.axis.dot(probe.direction));
+        let top = self.axis.dot(self.axis);
+        if slope == 0.0 {
+            return (0.0 <= height && height <= top).then(|| Span::of(-f64::INFINITY, f64::INFINITY, BASE));
+        }
+        Some(Span::between(-height / slope, (top - height) / slope, [BASE, TOP], slope > 0.0))
     }
 
     /// Where the ray is within the wall and between the ends.
@@ -119,28 +123,28 @@ impl Turned {
     /// inside, and the start stays.
     #[inline(never)]
     fn inwards(&self, part: u8, (along, out): (f64, DVec3), drift: Drift<'_>) -> DVec3 {
-        let (axis, [base, top], zero) = (self.axis, self.radii, 0.0);
+        let (axis, [base, top]) = (self.axis, self.radii);
         let along = match part {
-            BASE => zero,
+            BASE => 0.0,
             TOP => 1.0,
             _ => along,
         };
         let (taper, squared, length) = (top - base, axis.dot(axis), out.length());
         let over_axis = axis * (1.0 / squared);
         // On the axis, as at a tip that is hit exactly, any direction will do.
-        let away = if length > zero { out * (1.0 / length) } else { tangent(axis.normalize()) };
+        let away = if length > 0.0 { out * (1.0 / length) } else { tangent(axis.normalize()) };
         // How fast a start may come nearer to the ends, to the wall, to the wall on the other side, and how far off to the side.
         let lengthwise = drift.along(over_axis);
         let (nearer, opposite) = (drift.along(away - over_axis * taper), drift.along(away + over_axis * taper));
         let aside = drift.along(axis.cross(away) * (1.0 / squared.sqrt()));
 
-        let mut least = if part == BASE { zero } else { lengthwise };
+        let mut least = if part == BASE { 0.0 } else { lengthwise };
         let mut most = if part == TOP { 1.0 } else { 1.0 - lengthwise };
         // Near a tip the wall on the other side is near as well: only where it is wide enough there is an inside.
         let room = nearer.max(opposite) + aside;
-        if taper > zero {
+        if taper > 0.0 {
             least = least.max((room - base) / taper);
-        } else if taper < zero {
+        } else if taper < 0.0 {
             most = most.min((room - base) / taper);
         }
         let has_inside = least <= most && base.max(top) >= room;

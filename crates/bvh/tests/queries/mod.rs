@@ -6,8 +6,8 @@ mod objects;
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, GeometryError, Interval, Occlusion, PrimitiveSet, Query, Ray, Real, Side,
-    TraversalStats, Visibility,
+    AcceleratorKind, BuildQuality, Geometry, GeometryError, Interval, Occlusion, PrimitiveSet, Ray, Real, Side, TraversalStats,
+    Visibility,
 };
 
 use crate::split_mix::step;
@@ -258,20 +258,4 @@ fn nothing_behind_a_hit_is_looked_at() {
             assert!(visits.nodes <= 2 * u64::from(LEVELS) && tested <= 8, "{told}");
         }
     }
-}
-
-/// Protects: a slice of queries has the answers of one after the other, in their order.
-#[test]
-fn many_queries_are_single_ones() {
-    let geometry = Geometry::new(mixed(11, 200), AcceleratorKind::default());
-    let random = &mut Random(5);
-    let query = |random: &mut Random| {
-        let max = if random.unit() < 0.5 { f32::INFINITY } else { 8.0 * random.unit() };
-        Query { ray: Ray::new(random.point(), random.direction()), range: Interval { min: 0.0, max } }
-    };
-    let queries: Vec<_> = (0..500).map(|_| query(random)).collect();
-    let mut hits = vec![None; 3];
-    geometry.closest_each(&queries, &mut hits);
-    let one_by_one: Vec<_> = queries.iter().map(|q| geometry.closest(&q.ray, q.range, &mut ())).collect();
-    assert!(hits == one_by_one && hits.iter().any(Option::is_some) && hits.iter().any(Option::is_none));
 }

@@ -67,7 +67,7 @@ fn samples_agree_with_lines() {
         let lines = by_lines(|probe, from| {
             let hit = placed.intersect(probe, range(from), Side::Both)?;
             let s = placed.locate(probe, hit);
-            let density = placed.density(probe, hit).unwrap();
+            let density = placed.density_at(&s).unwrap();
             assert!(density.is_finite() && density > 0.0, "{name}: density {density}");
             Some((s.point, s.normal, hit.t))
         });

@@ -1,6 +1,6 @@
 //! Programs ready to be run at hits: those of a scene side by side in flat tables, in its scalar.
 
-use raywright_bvh::scalar::{Four, Real, Vector};
+use raywright_bvh::scalar::{Real, Vector};
 
 use super::program::{MAX_OPERATIONS, Program};
 use super::run::{File, Row, Step};
@@ -90,7 +90,7 @@ impl<R: Real> Programs<R> {
         for step in part(&self.steps, head.steps) {
             file.perform(*step);
         }
-        if head.is_vector { file.vector(head.result).row() } else { [file.number(head.result); 4] }
+        if head.is_vector { file.vector(head.result).into() } else { [file.number(head.result); 4] }
     }
 
     /// The value as a number; the first component of a vector.

@@ -1,6 +1,6 @@
 //! Running a program: the registers, and what each operation does to them.
 
-use raywright_bvh::scalar::{Four, Real, Vector};
+use raywright_bvh::scalar::{Real, Vector};
 
 use super::operation::Operation;
 use super::scope::Inputs;
@@ -35,12 +35,12 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
 
     #[inline(always)]
     pub fn vector(&self, register: u16) -> R::Four {
-        R::Four::from_row(self.0[(usize::from(register) / 4) & (ROWS - 1)])
+        R::Four::from(self.0[(usize::from(register) / 4) & (ROWS - 1)])
     }
 
     #[inline(always)]
     fn set_vector(&mut self, register: u16, value: R::Four) {
-        self.0[(usize::from(register) / 4) & (ROWS - 1)] = value.row();
+        self.0[(usize::from(register) / 4) & (ROWS - 1)] = value.into();
     }
 
     /// A vector by its components. Not taken from a row: to read other pieces of it than were written takes longer than
@@ -53,7 +53,7 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
 
     #[inline(always)]
     fn set_point(&mut self, register: u16, v: R::Vec3) {
-        self.set_vector(register, R::Four::from_row([v.x(), v.y(), v.z(), R::ZERO]));
+        self.set_vector(register, R::Four::from([v.x(), v.y(), v.z(), R::ZERO]));
     }
 
     /// Lays those rows of the hit out first whose bits are set in `rows`, in the order of [`Variable::place`](super::scope::Variable::place).
@@ -67,7 +67,7 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
                 next += 1;
             }
         };
-        let vector = |v: &R::Vec3| R::Four::from_row([v.x(), v.y(), v.z(), R::ZERO]).row();
+        let vector = |v: &R::Vec3| -> Row<R> { R::Four::from([v.x(), v.y(), v.z(), R::ZERO]).into() };
         put(0, &|| vector(&inputs.p));
         put(1, &|| vector(&inputs.n));
         put(2, &|| vector(&inputs.d));
@@ -180,7 +180,7 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
             Operation::PlaneSum(octaves) => self.two(step, |x, y| noise::fbm2(x, y, octaves)),
             Operation::PlaneTurbulence(octaves) => self.two(step, |x, y| noise::turbulence2(x, y, octaves)),
             Operation::Compose => {
-                self.set_vector(step.to, R::Four::from_row([self.number(a), self.number(b), self.number(c), R::ZERO]));
+                self.set_vector(step.to, R::Four::from([self.number(a), self.number(b), self.number(c), R::ZERO]));
             }
             Operation::AddVectors => self.vectors(step, |a, b| a + b),
             Operation::SubtractVectors => self.vectors(step, |a, b| a - b),

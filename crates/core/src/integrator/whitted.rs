@@ -8,7 +8,7 @@ mod state;
 
 use core::marker::PhantomData;
 
-use raywright_bvh::{Hit, Interval, Query, Ray, Real, Vector};
+use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use self::state::{PathStep, ScatteredRays, WhittedState};
 use super::shadow::ShadowResult;
@@ -123,9 +123,9 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
 
     /// What a path asks next.
     #[inline(always)]
-    fn query(&self, path: &WhittedState<R>) -> Query<R> {
+    fn query(&self, path: &WhittedState<R>) -> (Ray<R>, Interval<R>) {
         let min = if path.camera { self.least.camera - path.leg.ahead } else { self.least.secondary };
-        Query { ray: path.leg.ray, range: Interval { min, max: R::INFINITY } }
+        (path.leg.ray, Interval { min, max: R::INFINITY })
     }
 
     /// What one more segment makes of a path: it has met this, or nothing.
@@ -179,7 +179,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             let hit = match known.take() {
                 Some(hit) => hit,
                 None => path.met.or_else(|| {
-                    let Query { ray, range } = self.query(path);
+                    let (ray, range) = self.query(path);
                     self.scene.geometry.closest(&ray, range, &mut ())
                 }),
             };

@@ -30,11 +30,7 @@ impl Item {
     const NORMAL: u32 = 1 << 30;
 
     pub fn new(bounds: &PaddedBox, place: u32, company: LeafKind) -> Self {
-        let kind = match company {
-            LeafKind::None => 0.0,
-            LeafKind::Triangles => 1.0,
-            LeafKind::Spheres => 2.0,
-        };
+        let kind = f32::from(company as u8);
         Self { low: bounds.min.extend(f32::from_bits(Self::NORMAL | place)), high: bounds.max.extend(kind) }
     }
 
@@ -43,11 +39,7 @@ impl Item {
     }
 
     pub fn company(&self) -> LeafKind {
-        match self.high.w {
-            0.0 => LeafKind::None,
-            1.0 => LeafKind::Triangles,
-            _ => LeafKind::Spheres,
-        }
+        [LeafKind::None, LeafKind::Triangles, LeafKind::Spheres][self.high.w as usize]
     }
 
     pub fn bounds(&self) -> PaddedBox {
@@ -66,14 +58,9 @@ impl Item {
     }
 }
 
-/// What a split did: the first so many items are the left part, in the other array where they were moved.
-pub(super) struct Split {
-    pub middle: usize,
-    pub moved: bool,
-}
-
-/// Splits two items or more, so that neither part is empty; in half where told so.
-pub(super) fn split(items: &mut [Item], other: &mut [Item], manner: Manner, blocks: bool, halve: bool) -> Split {
+/// Splits two items or more, so that neither part is empty; in half where told so. Returns how many items are the left part, and whether they
+/// were moved into the other array.
+pub(super) fn split(items: &mut [Item], other: &mut [Item], manner: Manner, blocks: bool, halve: bool) -> (usize, bool) {
     if !halve && items.len() > 2 {
         let best = if items.len() <= manner.sample {
             cheapest(|| items.iter(), items.len(), blocks)
@@ -86,11 +73,11 @@ pub(super) fn split(items: &mut [Item], other: &mut [Item], manner: Manner, bloc
         if let Some(best) = best {
             let middle = best.part(items, other);
             if 0 < middle && middle < items.len() {
-                return Split { middle, moved: true };
+                return (middle, true);
             }
         }
     }
-    Split { middle: halved(items), moved: false }
+    (halved(items), false)
 }
 
 /// Halves the items along the longest of the three axes and size: boxes inside one another differ in nothing else.
@@ -112,7 +99,7 @@ fn halved(items: &mut [Item]) -> usize {
 struct SplitPlane {
     scale: Scale,
     axis: usize,
-    bin: u32,
+    bin: usize,
 }
 
 /// From centres to bins: the number nearest to (c − least)·factor, within 0 and the last bin.
@@ -138,14 +125,6 @@ impl Scale {
         let [x, y, z, _] = at.to_array().map(|b| b.to_bits() as usize % BINS);
         [x, y, z]
     }
-
-    #[inline(always)]
-    fn bin(&self, centre: f32, axis: usize) -> u32 {
-        let at = (centre - self.least[axis]) * self.factor[axis];
-        let at = if at < self.last { at } else { self.last };
-        let at = if at > 0.0 { at } else { 0.0 };
-        (at + WHOLE).to_bits() % BINS as u32
-    }
 }
 
 impl SplitPlane {
@@ -154,8 +133,7 @@ impl SplitPlane {
         let (mut front, mut back) = (0, other.len());
         let (scale, axis, bin) = (self.scale, self.axis, self.bin);
         for item in items {
-            let centre = item.low.to_array()[axis] * 0.5 + item.high.to_array()[axis] * 0.5;
-            let left = scale.bin(centre, axis) <= bin;
+            let left = scale.bins(item.centre())[axis] <= bin;
             other[front] = *item;
             other[back - 1] = *item;
             front += usize::from(left);
@@ -244,7 +222,7 @@ impl Sweep<'_> {
     }
 
     /// Axis and last bin of the left part; of equal splits the first. None where all items fall into one bin of each axis.
-    fn cheapest(&self) -> Option<(usize, u32)> {
+    fn cheapest(&self) -> Option<(usize, usize)> {
         let (empty, used) = (([Bin::EMPTY; 3], [0; 4]), self.bins.len());
         let mut costs = [Vec4::ZERO; BINS];
         let mut right = empty;
@@ -262,7 +240,7 @@ impl Sweep<'_> {
             at = Vec4::select(less, Vec4::splat(bin as f32), at);
         }
         let axis = (1..3).fold(0, |best, axis| if least[axis] < least[best] { axis } else { best });
-        (least[axis] < f32::INFINITY).then_some((axis, at[axis] as u32))
+        (least[axis] < f32::INFINITY).then_some((axis, at[axis] as usize))
     }
 }
 

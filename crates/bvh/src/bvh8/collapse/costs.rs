@@ -96,7 +96,7 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
 /// Costs from the leaves up: each part by a thread of its own, then what is above them.
 pub(super) fn solve(binary: &Binary, company: LeafKindOf<'_>) -> Vec<Costs> {
     let mut all = filled(binary.nodes.len(), Costs::NONE);
-    let (tops, mut rest) = all.split_at_mut(binary.tops());
+    let (_, mut rest) = all.split_at_mut(binary.tops());
     let mut parts = Vec::with_capacity(binary.parts.len());
     for part in &binary.parts {
         let (own, after) = rest.split_at_mut(part.len());
@@ -108,8 +108,7 @@ pub(super) fn solve(binary: &Binary, company: LeafKindOf<'_>) -> Vec<Costs> {
             own[at] = costs(binary, &binary.nodes[base + at], company, |node| own[node - base]);
         }
     });
-    let count = tops.len();
-    for at in (0..count).rev() {
+    for at in (0..binary.tops()).rev() {
         all[at] = costs(binary, &binary.nodes[at], company, |node| all[node]);
     }
     all

@@ -7,10 +7,11 @@ use super::{GROUPS, PacketState, PacketVisitor, RAYS, greatest_far};
 use crate::bvh8::filter::{Bounds, corner, cross, dot, spread, sub3, undecided};
 use crate::bvh8::triangle8::Triangle8;
 use crate::bvh8::{Bvh8, Lanes, WIDTH};
-use crate::math::simd::{Simd, dot_f64};
+use crate::math::simd::{Simd, dot_f64, splat3_f64};
 use crate::shapes::{EDGE_ON, PreparedRay, Triangle};
 
 /// Eight rays as the exact test needs them: what a probe has of each, side by side.
+#[derive(Default)]
 pub(super) struct Rays8 {
     across: [[[f64; WIDTH]; 3]; 2],
     direction: [[f64; WIDTH]; 3],
@@ -20,8 +21,7 @@ pub(super) struct Rays8 {
 /// Made when the first triangle asks.
 #[inline(never)]
 fn rays(pencil: &PacketState) -> [Rays8; GROUPS] {
-    let none = || Rays8 { across: [[[0.0; WIDTH]; 3]; 2], direction: [[0.0; WIDTH]; 3], inverse_length_squared: [0.0; WIDTH] };
-    let mut rays = [none(), none()];
+    let mut rays = <[Rays8; GROUPS]>::default();
     for ray in 0..RAYS {
         let probe = PreparedRay::new(pencil.ray(ray));
         let (to, lane) = (&mut rays[ray / WIDTH], ray % WIDTH);
@@ -44,19 +44,21 @@ struct Crossed<S: Simd> {
     weights: [S::Floats; 2],
 }
 
+#[inline(always)]
+fn load3_f64<S: Simd>(s: S, [x, y, z]: &[[f64; WIDTH]; 3]) -> [S::Doubles; 3] {
+    [s.load_f64(x), s.load_f64(y), s.load_f64(z)]
+}
+
 /// The operations of [`crate::shapes::Triangle`]'s test in their order, for eight rays. Those for which rounding could have taken the
 /// sign of an edge function are to go through that test itself, and those that see it edge-on.
 #[inline(always)]
 fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> Crossed<S> {
     let zero = s.splat_f64(0.0);
-    let [[ax, ay, az], [bx, by, bz]] = &rays.across;
-    let (across, beside) = ([s.load_f64(ax), s.load_f64(ay), s.load_f64(az)], [s.load_f64(bx), s.load_f64(by), s.load_f64(bz)]);
-    let [dx, dy, dz] = &rays.direction;
-    let direction = [s.load_f64(dx), s.load_f64(dy), s.load_f64(dz)];
+    let [across, beside] = [load3_f64(s, &rays.across[0]), load3_f64(s, &rays.across[1])];
+    let direction = load3_f64(s, &rays.direction);
     let (mut x, mut y, mut z) = ([zero; 3], [zero; 3], [zero; 3]);
     for corner in 0..3 {
-        let offset = corners[corner].as_dvec3() - origin;
-        let offset = [s.splat_f64(offset.x), s.splat_f64(offset.y), s.splat_f64(offset.z)];
+        let offset = splat3_f64(s, corners[corner].as_dvec3() - origin);
         x[corner] = dot_f64(s, offset, across);
         y[corner] = dot_f64(s, offset, beside);
         z[corner] = dot_f64(s, offset, direction);
@@ -151,16 +153,8 @@ impl TriangleOrigin8 {
             before: s.splat(before[lane]),
             beyond: s.splat(beyond[lane]),
         };
-        undecided(s, [u, v, along], s.splat(self.distance[lane]), range, &bounds).lanes
+        undecided(s, [u, v, along], s.splat(self.distance[lane]), range, bounds).lanes
     }
-}
-
-/// The directions of a group, and the greatest distances that still count.
-#[inline(always)]
-fn group_of<S: Simd>(s: S, pencil: &PacketState, group: usize) -> ([S::Floats; 3], S::Floats) {
-    let (first, [x, y, z]) = (group * WIDTH, &pencil.directions);
-    let directions = [s.load_from(x, first), s.load_from(y, first), s.load_from(z, first)];
-    (directions, s.load_from(&pencil.far, first))
 }
 
 /// The triangles of a block.
@@ -177,8 +171,10 @@ pub(super) fn block<S: Simd, M: PacketVisitor>(
     let seen = TriangleOrigin8::new(s, bundle, &bvh.blocks[number], greatest_far(pencil));
     for lane in Lanes(seen.lanes) {
         for group in 0..GROUPS {
-            let (directions, far) = group_of(s, pencil, group);
-            let left = seen.undecided(s, lane, directions, [bundle.near, far]) & pencil.asked(group);
+            let (first, [x, y, z]) = (group * WIDTH, &pencil.directions);
+            let directions = [s.load_from(x, first), s.load_from(y, first), s.load_from(z, first)];
+            let range = [bundle.near, s.load_from(&pencil.far, first)];
+            let left = seen.undecided(s, lane, directions, range) & pencil.asked(group);
             if left != 0 {
                 let rays = exact.get_or_insert_with(|| rays(pencil));
                 settle(s, bvh, [number, lane, group], left, &rays[group], pencil, meets);
@@ -199,7 +195,7 @@ fn settle<S: Simd, M: PacketVisitor>(
     meets: &M,
 ) {
     let triangle: Triangle<f32> = bvh.blocks[number].triangle(lane);
-    let facts = bvh.facts(number);
+    let facts = &bvh.facts[number];
     let found = crossed(s, Vec3::from(pencil.origin).as_dvec3(), &triangle.vertices, rays);
     let (mut outside, mut hits) = (found.outside, found.hits & left);
     let (mut t, [mut u, mut v]) = (s.to_array(found.t), [s.to_array(found.weights[0]), s.to_array(found.weights[1])]);

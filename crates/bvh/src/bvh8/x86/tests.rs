@@ -11,7 +11,7 @@ fn waiting<S: TraversalSimd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32
     [7, 8].into_iter().for_each(|place| stack.set(place - 7, Waiting::new(Child(place as u32), 0.5)));
     let top = s.push_sorted(&mut stack, 2, &children, s.load(&entries), mask);
     // SAFETY: all below the top was written.
-    (0..top).map(|place| unsafe { stack.get(place) }).map(|one| (one.child().0, one.entry())).collect()
+    (0..top).map(|place| unsafe { stack.eight(place)[0].assume_init() }).map(|one| (one.child().0, one.entry())).collect()
 }
 
 /// Protects: the nearest child is visited first, whichever and however many are entered, in the code of every processor: a wrong order

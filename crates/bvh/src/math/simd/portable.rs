@@ -10,6 +10,14 @@ use super::{Simd, WIDTH};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Portable;
 
+#[cfg(not(target_arch = "x86_64"))]
+impl Portable {
+    /// No instructions of AVX2 or AVX-512.
+    pub fn detect() -> Option<Self> {
+        None
+    }
+}
+
 /// Flips the bits of signs that are set in the other.
 #[inline(always)]
 fn flipped(a: Vec4, b: Vec4) -> Vec4 {

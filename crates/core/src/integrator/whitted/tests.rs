@@ -79,7 +79,8 @@ fn together_or_one_by_one() {
         active.rotate_left(turn);
         active.reverse();
         let queries: Vec<_> = active.iter().map(|&i| tracer.query(&ways[i].path)).collect();
-        prepared.geometry.closest_each(&queries, &mut hits);
+        hits.clear();
+        hits.extend(queries.iter().map(|(ray, range)| prepared.geometry.closest(ray, *range, &mut ())));
         for (&i, hit) in active.iter().zip(&hits) {
             let way = &mut ways[i];
             let met = way.path.met.or(*hit);

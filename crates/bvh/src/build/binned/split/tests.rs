@@ -41,11 +41,8 @@ fn the_split_costs_least() {
     ] {
         let items = items(count, axes);
         let found = cheapest(|| items.iter(), count, blocks).expect("they are in several places");
-        let bins = 0..BINS as u32;
-        let price = &|axis: usize, bin: u32| {
-            let centre = |item: &Item| item.low.to_array()[axis] * 0.5 + item.high.to_array()[axis] * 0.5;
-            cost(&items, |item| found.scale.bin(centre(item), axis) <= bin, blocks)
-        };
+        let bins = 0..BINS;
+        let price = &|axis: usize, bin: usize| cost(&items, |item| found.scale.bins(item.centre())[axis] <= bin, blocks);
         let least = (0..3).flat_map(|axis| bins.clone().filter_map(move |bin| price(axis, bin))).fold(f64::INFINITY, f64::min);
         let own = price(found.axis, found.bin).expect("neither part is empty");
         assert!(own <= least * (1.0 + 1e-5), "{count} items along {axes} axes: {own} beside {least}");
