@@ -41,11 +41,6 @@ impl Binary {
         Self { nodes: sorted, order, parts }
     }
 
-    /// The nodes level by level.
-    pub fn by_level(&self) -> Vec<BinaryNode> {
-        level(&self.nodes, usize::MAX).0
-    }
-
     /// How many nodes are in no part: the first ones.
     pub fn tops(&self) -> usize {
         self.parts.first().map_or(self.nodes.len(), |part| part.start)
@@ -53,7 +48,7 @@ impl Binary {
 }
 
 /// Level by level from the root until so many wait for their children to follow, and where these start.
-fn level(nodes: &[BinaryNode], most: usize) -> (Vec<BinaryNode>, usize) {
+pub(crate) fn level(nodes: &[BinaryNode], most: usize) -> (Vec<BinaryNode>, usize) {
     let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
     sorted.extend(nodes.first());
     while next < sorted.len() && sorted.len() - next < most {

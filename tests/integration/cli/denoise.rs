@@ -75,7 +75,9 @@ fn crops_and_transparent_pictures_are_denoised() {
     desk.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
     let words = "render a.obj --ground none --background transparent --size 40x30 --spp 16 --denoise -o a.exr -o a.png";
     desk.run(&words.split(' ').collect::<Vec<_>>()).exits_with(0).says_like("denoised (biased)");
-    render(&desk, "--spp 16 --denoise --crop 20,10,33,21 -o crop.exr").exits_with(0).says_like("(33x21, 16 samples, denoised (biased)");
+    render(&desk, "--spp 16 --denoise --crop 20,10,33,21 -o crop.exr")
+        .exits_with(0)
+        .says_like("(33x21, 16 samples, denoised (biased)");
     for (name, pixels) in [("a.exr", 40 * 30), ("crop.exr", 33 * 21)] {
         let layers: Vec<_> = desk.picture(name).layers.into_iter().filter(|layer| layer.name.starts_with("denoised")).collect();
         assert!(

@@ -9,7 +9,7 @@ use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
 
 use super::Stop;
 use crate::aabb::{PaddedBox, half_area};
-use crate::binary::{Binary, BinaryNode};
+use crate::binary::{Binary, BinaryNode, level};
 
 /// Nodes that the search is tried with.
 const TRIED: usize = 64;
@@ -24,10 +24,10 @@ pub(super) fn reinsert(binary: &mut Binary, share: f32, stop: Stop<'_>) -> u64 {
         return 0;
     }
     // What is looked for first are the first nodes: those near the root.
-    let level = binary.by_level();
+    let (nodes, _) = level(&binary.nodes, usize::MAX);
     let mut tree = Bvh2 { max_depth: DEFAULT_MAX_STACK_DEPTH, ..Bvh2::default() };
     let aabb = |bounds: &PaddedBox| Aabb::new(bounds.min.into(), bounds.max.into());
-    tree.nodes = level.iter().map(|node| Bvh2Node::new(aabb(&node.bounds), node.count, node.first)).collect();
+    tree.nodes = nodes.iter().map(|node| Bvh2Node::new(aabb(&node.bounds), node.count, node.first)).collect();
     tree.init_parents_if_uninit();
     let (share, steps) = affordable(&tree, share);
     ReinsertionOptimizer::default().run(&mut tree, share, None);
