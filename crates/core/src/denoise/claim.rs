@@ -266,7 +266,7 @@ mod tests {
         use crate::film::tests::{ReplicateSample, film_of};
         let doubt = |noise: f64, below: f32| {
             let sample = |_: usize, replicate: usize| {
-                let radiance = [if replicate % 2 == 0 { noise } else { -noise }; 3];
+                let radiance = [if replicate.is_multiple_of(2) { noise } else { -noise }; 3];
                 ReplicateSample { radiance, emission: [0.0; 3], albedo: [0.5; 3] }
             };
             let film = film_of([32, 16], sample);
