@@ -12,7 +12,7 @@ const SOONER: f64 = 0.8;
 
 /// A setting beside the scene's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Comparison {
+pub(super) struct RelativeCost {
     /// Its time over that of the scene's own: the median of the rounds that both have.
     pub time: f64,
     /// The greatest of them; infinite where less than two say how far they may be apart.
@@ -22,12 +22,12 @@ pub(super) struct Comparison {
 }
 
 /// Chooses among measured settings. A setting is sooner if every round says so.
-pub(super) fn answer(settings: impl Iterator<Item = (Setting, Comparison)>) -> Answer {
-    let mut all: Vec<(Setting, Comparison)> = settings.filter(|(setting, _)| *setting != Setting::default()).collect();
+pub(super) fn answer(settings: impl Iterator<Item = (Setting, RelativeCost)>) -> Answer {
+    let mut all: Vec<(Setting, RelativeCost)> = settings.filter(|(setting, _)| *setting != Setting::default()).collect();
     // Of settings that take as long, the simpler one.
     all.sort_by(|(a, p), (b, q)| p.time.total_cmp(&q.time).then(a.choices().len().cmp(&b.choices().len())));
     let fastest = |most_error: f64, most_time: f64| {
-        let is_right = |of: &Comparison| of.error <= most_error * most_error && of.most_time <= most_time;
+        let is_right = |of: &RelativeCost| of.error <= most_error * most_error && of.most_time <= most_time;
         let (setting, of) = all.iter().find(|(_, of)| is_right(of))?;
         Some(Advice { flags: setting.flags(), time: of.time, error: of.error.sqrt() })
     };
@@ -39,19 +39,19 @@ mod tests {
     use super::*;
     use crate::ladder::Choice;
 
-    fn comparison(time: f64, root: f64) -> Comparison {
-        Comparison { time, most_time: time, error: root * root }
+    fn cost(time: f64, root: f64) -> RelativeCost {
+        RelativeCost { time, most_time: time, error: root * root }
     }
 
-    fn setting(rung: &str, time: f64, root: f64) -> (Setting, Comparison) {
-        (Setting::one(Choice::parse(rung).expect("a rung")), comparison(time, root))
+    fn setting(rung: &str, time: f64, root: f64) -> (Setting, RelativeCost) {
+        (Setting::one(Choice::parse(rung).expect("a rung")), cost(time, root))
     }
 
     /// Protects: half of the error is named by the fastest setting that has it, the same error by the fastest that is clearly sooner, each
     /// with its own figures; the scene's own setting is no advice, and where nothing will do there is none.
     #[test]
     fn the_fastest_that_will_do_is_named() {
-        let own = (Setting::default(), comparison(1.0, 1.0));
+        let own = (Setting::default(), cost(1.0, 1.0));
         let all = [
             own.clone(),
             setting("samples=1024", 16.0, 0.25),
@@ -73,7 +73,7 @@ mod tests {
     fn one_quick_round_is_no_advice() {
         let with = |name: &str, most_time: f64, root: f64| {
             let (setting, of) = setting(name, 0.5, root);
-            (setting, Comparison { most_time, ..of })
+            (setting, RelativeCost { most_time, ..of })
         };
         for most_time in [0.9, f64::INFINITY] {
             let found = answer([with("clamp=10", most_time, 1.0), with("samples=64", most_time, 0.5)].into_iter());

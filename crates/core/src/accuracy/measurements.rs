@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::answer::Comparison;
+use super::answer::RelativeCost;
 use super::estimate::{PairedDifference, Truth};
 use super::frontier::Point;
 use super::renderer::{Renderer, TimedRender, Unfinished};
@@ -117,12 +117,12 @@ impl<'a> Measurements<'a> {
     }
 
     /// Time and error over those of another setting; none where one of both is not known.
-    pub fn comparison(&self, setting: &Setting, beside: &Setting) -> Option<Comparison> {
+    pub fn relative_cost(&self, setting: &Setting, beside: &Setting) -> Option<RelativeCost> {
         let (point, other) = (self.point(setting)?, self.point(beside)?);
         let ratios = self.ratios(setting, beside);
         let is_timed = ratios.len() >= 2;
         let time = Spread::of(&ratios);
-        Some(Comparison {
+        Some(RelativeCost {
             time: if ratios.is_empty() { point.time / other.time } else { time.median },
             most_time: if is_timed { time.max } else { f64::INFINITY },
             error: point.error / other.error.max(1e-300),

@@ -3,11 +3,11 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::material::{Glass, MetallicRoughness};
-use crate::prepare::{Alpha, Boundary, Index, PhysicalInputs, TransmissionInputs};
+use crate::prepare::{Alpha, Boundary, Index, PhysicalInputs, PhysicalTransmission};
 use crate::scene::Physical as PhysicalData;
 use crate::texture::ShadingContext;
 
-impl<R: Real> TransmissionInputs<R> {
+impl<R: Real> PhysicalTransmission<R> {
     /// Share of the surface that lets light through at a point.
     #[inline(always)]
     fn share_at(&self, here: &ShadingContext<'_, R>) -> R {
@@ -40,8 +40,8 @@ impl<R: Real> PhysicalInputs<R> {
     #[inline(always)]
     pub fn model_at(&self, here: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
         let (boundary, base) = (self.boundary_at(here), self.base_at(here));
-        let glass = |passage: &TransmissionInputs<R>| {
-            let share = passage.share_at(here);
+        let glass = |transmission: &PhysicalTransmission<R>| {
+            let share = transmission.share_at(here);
             // Nothing bends in a thin wall; Whitted's rules have it reflect nothing either.
             let ior = if self.thin { 1.0 } else { boundary.ior };
             (share > R::ZERO).then_some(Glass { share, ior, reflected: Vector::ONE, transmitted: base })
@@ -52,13 +52,14 @@ impl<R: Real> PhysicalInputs<R> {
             roughness: self.roughness.number(here),
             dielectric: boundary.f0 * self.specular,
             grazing: self.specular,
-            glass: self.passage.as_ref().and_then(glass),
+            glass: self.transmission.as_ref().and_then(glass),
         }
     }
 
     /// Share of light that passes where a point of it is the occluder.
     pub fn passes_at(&self, here: &ShadingContext<'_, R>) -> R {
-        let through = self.passage.as_ref().map_or(R::ZERO, |passage| passage.of_light(passage.share_at(here)));
+        let through =
+            self.transmission.as_ref().map_or(R::ZERO, |transmission| transmission.of_light(transmission.share_at(here)));
         R::ONE - self.alpha_at(here) * (R::ONE - through)
     }
 

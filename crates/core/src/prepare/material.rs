@@ -10,7 +10,7 @@ pub(crate) use classic::{ClassicInputs, MixtureInputs, SpecularInputs};
 pub(super) use layered::Context;
 use layered::is_directed;
 pub(crate) use layered::{Directions, InputStage, LayeredInputs, Thickness, count_layered};
-pub(crate) use physical::{Alpha, Boundary, Index, PhysicalInputs, TransmissionInputs};
+pub(crate) use physical::{Alpha, Boundary, Index, PhysicalInputs, PhysicalTransmission};
 
 use super::error::PrepareError;
 use super::inputs::Compiler;
@@ -109,7 +109,7 @@ impl<R: Real> Material<R> {
     pub fn shadow_transmittance(&self) -> Option<R> {
         match self {
             Self::Classic(m) => Some(m.shadow_transmittance),
-            Self::Physical(m) => m.passage.as_ref().map_or(Some(R::ZERO), |passage| passage.even),
+            Self::Physical(m) => m.transmission.as_ref().map_or(Some(R::ZERO), |transmission| transmission.even),
             Self::Unused => Some(R::ONE),
         }
     }

@@ -36,7 +36,7 @@ use geometry::GeometryNeeds;
 pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
 pub(crate) use material::{
     Alpha, Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material, MixtureInputs, PhysicalInputs,
-    SpecularInputs, Thickness, TransmissionInputs,
+    PhysicalTransmission, SpecularInputs, Thickness,
 };
 use prepared::Rules;
 pub(crate) use prepared::Spawn;

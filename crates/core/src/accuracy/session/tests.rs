@@ -89,6 +89,36 @@ fn a_cold_first_render_is_not_counted() {
     assert_eq!((report.own.renders, seconds.min, seconds.max, report.answer.same_error), (2, 32e-6, 32e-6, None));
 }
 
+thread_local! {
+    static SHORT_RENDERS: core::cell::Cell<u32> = const { core::cell::Cell::new(0) };
+}
+
+/// Protects: one round says what a setting takes, and that it is not known to be sooner; two say how far apart they are, of which the slower one
+/// counts: one segment takes a quarter of what four take, and by this clock the second time a half.
+#[test]
+fn one_round_does_not_tell_who_is_sooner() {
+    let scene = corridor();
+    let settings = Settings { size: [4, 2], ..Settings::of(&scene) };
+    let stopwatch: Stopwatch = |work| match work() {
+        8 => 8.0 * f64::from(SHORT_RENDERS.replace(SHORT_RENDERS.get() + 1) + 1),
+        rays => rays as f64,
+    };
+    let studio = Renderer { scene: &scene, settings: &settings, observer: &(), stopwatch, now: &Instant::now };
+    let time = ReferenceTime { end: Instant::now(), latest: Instant::now() + Duration::from_secs(600) };
+    let (truth, ..) =
+        studio.reference(&Setting::default(), Display::of(&scene.render), time, Start::default()).expect("a reference");
+    let mut measurements = Measurements::new(&studio, &truth);
+    let (own, short) = (Setting::default(), Setting::one(Choice::parse("path-length=1").expect("a rung")));
+    for (round, time_over, most) in [(0, 0.25, f64::INFINITY), (1, 0.375, 0.5)] {
+        assert_eq!(measurements.relative_cost(&short, &own).is_some(), round > 0);
+        for setting in [&own, &short] {
+            assert!(measurements.take(setting, round, time.latest).expect("a small picture"));
+        }
+        let cost = measurements.relative_cost(&short, &own).expect("both");
+        assert_eq!((cost.time, cost.most_time), (time_over, most));
+    }
+}
+
 /// Protects: effects are priced by the same clock: what mirrors add to one ray of camera is three more.
 #[test]
 fn effects_are_priced_too() {

@@ -45,8 +45,8 @@ impl Session<'_> {
         chosen = unbeaten(chosen, |setting| last.point(setting));
         let candidate = |setting: &Setting| Some(Candidate { flags: setting.flags(), measured: last.measured(setting, &own)? });
         let best = |setting: Setting| {
-            let comparison = again.comparison(&setting, &own).or_else(|| measurements.comparison(&setting, &own))?;
-            Some((setting, comparison))
+            let cost = again.relative_cost(&setting, &own).or_else(|| measurements.relative_cost(&setting, &own))?;
+            Some((setting, cost))
         };
         let answer = answer(known.into_iter().filter_map(best));
         Ok((chosen.iter().filter_map(candidate).collect(), answer))

@@ -24,7 +24,7 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn bounds_glass(&self, material: u32) -> bool {
         match &self.scene.materials[material as usize] {
             Material::Classic(m) => m.transmission.is_some() && m.mixture.is_none(),
-            Material::Physical(m) => m.passage.is_some() && !m.thin,
+            Material::Physical(m) => m.transmission.is_some() && !m.thin,
             Material::Unused => false,
         }
     }

@@ -18,7 +18,7 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub roughness: Product<R>,
     pub index: Index<R>,
     /// What lets light through; none: nothing.
-    pub passage: Option<TransmissionInputs<R>>,
+    pub transmission: Option<PhysicalTransmission<R>>,
     /// What the inside absorbs per metre; none where nothing.
     pub absorption: Option<R::Vec3>,
     /// Radiance given off; none: nothing.
@@ -66,7 +66,7 @@ impl<R: Real> Boundary<R> {
 
 /// How a physical material lets light through.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TransmissionInputs<R: Real> {
+pub(crate) struct PhysicalTransmission<R: Real> {
     pub share: Product<R>,
     /// A thin tint stands for what the base colour takes away on the way through.
     pub tint: R::Vec3,
@@ -74,7 +74,7 @@ pub(crate) struct TransmissionInputs<R: Real> {
     pub even: Option<R>,
 }
 
-impl<R: Real> TransmissionInputs<R> {
+impl<R: Real> PhysicalTransmission<R> {
     /// Share of a light that passes where this is the share of the surface that lets light through.
     pub fn of_light(&self, share: R) -> R {
         (self.tint * share).dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))
@@ -84,7 +84,7 @@ impl<R: Real> TransmissionInputs<R> {
 impl<R: Real> PhysicalInputs<R> {
     /// Whether it is a wall that lets light through without bending it.
     pub fn is_wall(&self) -> bool {
-        self.thin && self.passage.is_some() && self.layered.is_some()
+        self.thin && self.transmission.is_some() && self.layered.is_some()
     }
 }
 
@@ -124,10 +124,10 @@ pub(super) fn physical<R: Real>(
         Some(ior) => Index::Even(Boundary::new(ior)),
         None => Index::Varying(inputs.factor(&m.ior, &None, "ior")?),
     };
-    let passage = if m.may_transmit() {
+    let transmission = if m.may_transmit() {
         let share = inputs.factor(&m.transmission, &m.transmission_texture, "transmission")?;
-        let passage = TransmissionInputs { share, tint: base.constant().unwrap_or(R::Vec3::ONE), even: None };
-        Some(TransmissionInputs { even: share.even().map(|share| passage.of_light(share.x())), ..passage })
+        let transmission = PhysicalTransmission { share, tint: base.constant().unwrap_or(R::Vec3::ONE), even: None };
+        Some(PhysicalTransmission { even: share.even().map(|share| transmission.of_light(share.x())), ..transmission })
     } else {
         None
     };
@@ -140,7 +140,7 @@ pub(super) fn physical<R: Real>(
         context.layers.len() as u32 - 1
     });
     let factor = m.factor_of_reflections().filter(|_| context.paths && layered.is_none());
-    let opaque = m.alpha == AlphaMode::Opaque && passage.is_none() && !m.unlit;
+    let opaque = m.alpha == AlphaMode::Opaque && transmission.is_none() && !m.unlit;
     Ok(PhysicalInputs {
         plain: opaque && layered.is_none() && !inputs.reads.expressions,
         layered,
@@ -152,7 +152,7 @@ pub(super) fn physical<R: Real>(
         metallic,
         roughness,
         index,
-        passage,
+        transmission,
         absorption: m.absorption().map(|absorption| R::Vec3::from_f64(absorption.map(|a| a.min(MOST_ABSORPTION)).into())),
         emission,
         alpha: match m.alpha {
