@@ -1,4 +1,4 @@
-//! What accuracy costs, and what is wrong without it: README's table of the textbook's formulas in f32, of `robust` and of `reference`. The
+//! What accuracy costs, and what is wrong without it: the table in docs/accuracy.md of the textbook's formulas in f32, of `robust` and of `reference`. The
 //! textbook's are no part of the program; they are the comparator of its tests.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 

@@ -16,7 +16,7 @@ use crate::bvh8::triangle8::{LeafHeader, Triangle8};
 use crate::memory::{filled, huge_page_vec};
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 
-/// A block of fewer primitives takes in another one beside it where both fit into one.
+/// A block of fewer primitives takes in another one beside it where both fit into one and rays spend less on that.
 const SPARSE: usize = 3;
 
 /// What a lane will hold.
@@ -209,7 +209,7 @@ impl Bvh8 {
     }
 }
 
-/// Puts sparse blocks of a node together: it has at most one of each company, or those beside it are so full that they would not fit.
+/// Puts sparse blocks of a node together where rays spend less on one than on two.
 fn join_sparse(lanes: &mut NodeLanes) {
     while let Some((into, from)) = pair(lanes) {
         let Lane { bounds, content: LaneContent::Several(_, places) } = lanes.remove(from) else { break };
@@ -231,11 +231,10 @@ fn pair(lanes: &[Lane]) -> Option<(usize, usize)> {
         let (company, own) = count(lane)?;
         Some(half_area(&lanes[lane].bounds) * weight(company, own as u8))
     };
-    // Blocks of triangles that are sparse take memory. Other leaves are put together where that costs rays less.
+    // Only where that costs rays less: two walls in one box would be asked about by every ray in the room.
     let pays = |a: usize, b: usize, company: LeafKind, together: usize| {
         let area = half_area(&lanes[a].bounds.union(&lanes[b].bounds));
-        company == LeafKind::Triangles
-            || spent(a).zip(spent(b)).is_some_and(|(a, b)| area * weight(company, together as u8) < a + b)
+        spent(a).zip(spent(b)).is_some_and(|(a, b)| area * weight(company, together as u8) < a + b)
     };
     let growth = |&(a, b): &(usize, usize)| {
         let [a, b] = [&lanes[a].bounds, &lanes[b].bounds];
@@ -251,4 +250,35 @@ fn pair(lanes: &[Lane]) -> Option<(usize, usize)> {
         a != b && count(a).zip(count(b)).is_some_and(fits)
     });
     fit.min_by(|a, b| growth(a).total_cmp(&growth(b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::build::{BuildQuality, build};
+
+    /// The triangles of each block of a tree over boxes of this size, by their places.
+    fn blocks(boxes: &[(Vec3, Vec3)]) -> Vec<Vec<u32>> {
+        let boxes: Vec<_> = boxes.iter().map(|&(min, size)| PaddedBox { min, max: min + size }).collect();
+        let built = build(&boxes, BuildQuality::Medium, &|_| LeafKind::Triangles, &|| false).expect("not stopped");
+        let order = built.order.expect("a tree");
+        let own = |facts: &LeafHeader| order[facts.first as usize..][..usize::from(facts.count)].to_vec();
+        built.bvh.facts.iter().map(own).collect()
+    }
+
+    /// Protects: two opposite walls of a room are no block, which every ray in the room would ask; two that lie side by side are one, and
+    /// so are small triangles in a corner.
+    #[test]
+    fn walls_share_a_block_only_where_rays_spend_less() {
+        let wall = |x: f32, y: f32| (Vec3::new(x, y, 0.0), Vec3::new(0.001, 1.0, 1.0));
+        let small = |i: u8| (Vec3::new(0.5 + 0.01 * f32::from(i), 0.5, 0.5), Vec3::splat(0.01));
+        let opposite: Vec<_> = [wall(0.0, 0.0), wall(1.0, 0.0)].into_iter().chain((0..8).map(small)).collect();
+        let together = |blocks: &[Vec<u32>]| blocks.iter().any(|block| block.contains(&0) && block.contains(&1));
+        let [apart, beside] = [blocks(&opposite), blocks(&[wall(0.0, 0.0), wall(0.0, 1.0)])];
+        assert!(!together(&apart) && apart.iter().flatten().count() == 10, "{apart:?}");
+        assert!(apart.iter().any(|block| block.len() == 8), "{apart:?}");
+        assert!(together(&beside), "{beside:?}");
+    }
 }
