@@ -230,9 +230,6 @@ impl<R: Real> PathTracer<'_, R> {
     /// What a ray brings that hit nothing and sees this of the sky, in its share.
     #[inline(always)]
     fn escaped(&mut self, path: &PathState<R>, seen: &SkySample<R>) -> R::Vec3 {
-        if let Some(backdrop) = self.scene.backdrop.filter(|_| path.traced == 0) {
-            return backdrop.seen(path.leg.ray.direction) * self.light_on_ground(&path.leg, &path.address);
-        }
         let direction = path.leg.ray.direction;
         let lights = &self.scene.lights;
         if self.is_unaided(path)

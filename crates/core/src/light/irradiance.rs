@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
-use super::sky::{SkyKind, SkyRadiance};
+use super::sky::{Gradient, SkyKind, SkyRadiance};
 
 /// Coefficients, already convolved with the cosine and divided by π.
 #[derive(Clone, Debug)]
@@ -86,7 +86,7 @@ impl<R: Real> Irradiance<R> {
         let integrals = match &sky.kind {
             SkyKind::None => [DVec3::ZERO; 9],
             SkyKind::Constant(radiance) => even(radiance.to_f64()),
-            SkyKind::Gradient { bottom, top, suns } => {
+            SkyKind::Gradient(Gradient { bottom, top, suns }) => {
                 let (bottom, top) = (bottom.to_f64(), top.to_f64());
                 let mut all = even((bottom + top) * 0.5);
                 // (top − bottom) / 2 · y, of which all but its own harmonic makes nothing.
@@ -121,7 +121,7 @@ mod tests {
     /// mean = a + b · 2/3 · n.y for L = a + b·y.
     #[test]
     fn linear_sky_has_its_closed_form() {
-        let kind = SkyKind::<f64>::Gradient { bottom: DVec3::splat(0.4), top: DVec3::ONE, suns: Vec::new() };
+        let kind = SkyKind::<f64>::Gradient(Gradient { bottom: DVec3::splat(0.4), top: DVec3::ONE, suns: Vec::new() });
         let sky = SkyRadiance { kind };
         let irradiance = Irradiance::new(&sky);
         for n in [DVec3::Y, DVec3::NEG_Y, DVec3::X, DVec3::new(0.6, 0.8, 0.0), DVec3::new(0.0, -0.6, 0.8)] {
@@ -136,7 +136,7 @@ mod tests {
     fn skies_have_their_closed_forms() {
         let direction = DVec3::new(0.6, -0.64, 0.48);
         let under = |suns| SkyRadiance {
-            kind: SkyKind::<f64>::Gradient { bottom: DVec3::new(0.1, 0.5, 2.0), top: DVec3::new(0.7, 0.3, 0.0), suns },
+            kind: SkyKind::<f64>::Gradient(Gradient { bottom: DVec3::new(0.1, 0.5, 2.0), top: DVec3::new(0.7, 0.3, 0.0), suns }),
         };
         let sun = |exponent| SunLobe { direction, colour: DVec3::new(1.0, 2.0, 3.0), exponent };
         let constant = SkyRadiance { kind: SkyKind::<f64>::Constant(DVec3::new(0.2, 3.0, 0.0)) };
@@ -151,7 +151,7 @@ mod tests {
             }
         }
         let needle = Irradiance::new(&SkyRadiance {
-            kind: SkyKind::<f64>::Gradient { bottom: DVec3::ZERO, top: DVec3::ZERO, suns: vec![sun(1 << 20)] },
+            kind: SkyKind::<f64>::Gradient(Gradient { bottom: DVec3::ZERO, top: DVec3::ZERO, suns: vec![sun(1 << 20)] }),
         });
         // All of it is 2π/(n + 1), and nine harmonics give the cosine's lobe (1 + 2 + 5/4)/4 of 1/π in its middle.
         let expected = 2.0 / f64::from(1 << 20) * (0.25 + 0.5 + 0.3125);

@@ -1,5 +1,6 @@
 //! The sky: radiance by direction.
 
+mod gradient;
 mod map;
 
 use std::collections::BTreeMap;
@@ -20,7 +21,14 @@ pub struct SkyRadiance<R: Real> {
     pub(super) kind: SkyKind<R>,
 }
 
+pub(super) use gradient::{Gradient, SunLobe};
 pub(super) use map::Map;
+
+/// Directions that are looked along side by side.
+const LANES: usize = 16;
+
+/// Their components.
+type Directions<R> = [[R; LANES]; 3];
 
 /// What a ray sees of the sky.
 #[derive(Clone, Copy, Debug)]
@@ -36,22 +44,10 @@ pub(super) enum SkyKind<R: Real> {
     /// No sky: black.
     None,
     Constant(R::Vec3),
-    Gradient {
-        bottom: R::Vec3,
-        top: R::Vec3,
-        suns: Vec<SunLobe<R>>,
-    },
+    Gradient(Gradient<R>),
     /// Of one program.
     Expression(Programs<R>),
     Map(Map<R>),
-}
-
-/// A lobe around a direction.
-#[derive(Clone, Debug)]
-pub(super) struct SunLobe<R: Real> {
-    pub direction: R::Vec3,
-    pub colour: R::Vec3,
-    pub exponent: u32,
 }
 
 /// The sky of a scene, black where it has none.
@@ -70,7 +66,7 @@ pub(crate) fn prepare<R: Real>(
                 colour: R::Vec3::from_f64(DVec3::from(s.colour.0) * s.weight),
                 exponent: s.exponent,
             });
-            SkyKind::Gradient { bottom: v(*bottom), top: v(*top), suns: suns.collect() }
+            SkyKind::Gradient(Gradient { bottom: v(*bottom), top: v(*top), suns: suns.collect() })
         }
         Some(SkyData::Expression(ColourInput::Expression(text))) => {
             let failed = |source| PrepareError::Expression { path: "sky.expression".to_owned(), source };
@@ -126,11 +122,11 @@ impl<R: Real> SkyRadiance<R> {
 
     /// What many rays see, one after the other, with the [`Self::place`] of each: in less time than one by one.
     pub fn look(&self, rays: impl Iterator<Item = (R::Vec3, R::Vec3)>, out: &mut Vec<SkySample<R>>) {
-        let SkyKind::Map(map) = &self.kind else {
-            out.extend(rays.map(|(origin, d)| SkySample { place: [R::ZERO; 2], radiance: self.radiance(origin, d) }));
-            return;
-        };
-        map.look(rays.map(|(_, d)| d), out);
+        match &self.kind {
+            SkyKind::Map(map) => map.look(rays.map(|(_, d)| d), out),
+            SkyKind::Gradient(gradient) if R::IS_SINGLE => gradient.look(rays.map(|(_, d)| d), out),
+            _ => out.extend(rays.map(|(origin, d)| SkySample { place: [R::ZERO; 2], radiance: self.radiance(origin, d) })),
+        }
     }
 
     /// The same of a direction that has this [`Self::place`].
@@ -139,18 +135,28 @@ impl<R: Real> SkyRadiance<R> {
         match &self.kind {
             SkyKind::None => R::Vec3::ZERO,
             SkyKind::Constant(c) => *c,
-            SkyKind::Gradient { bottom, top, suns } => {
-                let s = R::from_f64(0.5) * (d.y() + R::ONE);
-                let mut sky = *bottom * (R::ONE - s) + *top * s;
-                for sun in suns {
-                    let g = d.dot(sun.direction).max(R::ZERO);
-                    sky += sun.colour * g.powi(sun.exponent);
-                }
-                sky
-            }
+            SkyKind::Gradient(gradient) => gradient.radiance::<R>(d),
             SkyKind::Expression(programs) => programs.vector(0, &Inputs::<R> { d, o: origin, ..Inputs::default() }),
             SkyKind::Map(map) => map.radiance(place),
         }
+    }
+}
+
+/// Goes through directions as many at a time as are looked along side by side, and says how many of these there are: what stands where none is
+/// left does not matter.
+fn side_by_side<R: Real>(directions: impl Iterator<Item = R::Vec3>, mut look: impl FnMut(&Directions<R>, usize)) {
+    let mut directions = directions.fuse();
+    loop {
+        let mut these = [[R::ZERO; LANES]; 3];
+        let mut count = 0;
+        for (i, d) in (0..LANES).zip(&mut directions) {
+            [these[0][i], these[1][i], these[2][i]] = [d.x(), d.y(), d.z()];
+            count += 1;
+        }
+        if count == 0 {
+            return;
+        }
+        look(&these, count);
     }
 }
 

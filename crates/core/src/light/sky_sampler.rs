@@ -6,7 +6,7 @@ use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
 use super::cdf::{pick, push_shares};
-use super::sky::{Map, SkyKind};
+use super::sky::{Gradient, Map, SkyKind};
 use super::{Density, LightSample, SkyRadiance, SkySample, SphereGrid, Target};
 
 /// Share of a picture's mean that is left to the other way. All of it leaves a seventh more noise under skies that are a little brighter on one
@@ -42,7 +42,7 @@ enum SkyLobe {
     /// Linear in the height of the direction, from nadir to zenith.
     Linear { bottom: f64, top: f64 },
     /// A power of the cosine to an axis.
-    Power { axis: DVec3, exponent: f64 },
+    Power { axis: DVec3, exponent: u32 },
 }
 
 fn sum<R: Real>(colour: R::Vec3) -> f64 {
@@ -57,10 +57,10 @@ impl SkySampler {
         let sampler = match &sky.kind {
             SkyKind::None => None,
             SkyKind::Constant(c) => Self::lobes([linear(sum::<R>(*c), sum::<R>(*c))]),
-            SkyKind::Gradient { bottom, top, suns } => {
+            SkyKind::Gradient(Gradient { bottom, top, suns }) => {
                 let suns = suns.iter().map(|sun| {
-                    let (axis, exponent) = (sun.direction.to_f64().normalize(), f64::from(sun.exponent));
-                    (SkyLobe::Power { axis, exponent }, sum::<R>(sun.colour) * TAU / (exponent + 1.0))
+                    let (axis, exponent) = (sun.direction.to_f64().normalize(), sun.exponent);
+                    (SkyLobe::Power { axis, exponent }, sum::<R>(sun.colour) * TAU / (f64::from(exponent) + 1.0))
                 });
                 Self::lobes(core::iter::once(linear(sum::<R>(*bottom), sum::<R>(*top))).chain(suns))
             }
@@ -195,7 +195,7 @@ impl SkyLobe {
             }
             Self::Power { axis, exponent } => {
                 // 1 − cos, which keeps its digits where the lobe is narrow.
-                let h = -libm::expm1(libm::log1p(-u) / (exponent + 1.0));
+                let h = -libm::expm1(libm::log1p(-u) / (f64::from(exponent) + 1.0));
                 let (ring, (x, y)) = ((h * (2.0 - h)).max(0.0).sqrt(), axis.any_orthonormal_pair());
                 axis * (1.0 - h) + (x * libm::cos(TAU * v) + y * libm::sin(TAU * v)) * ring
             }
@@ -210,7 +210,7 @@ impl SkyLobe {
             }
             Self::Power { axis, exponent } => {
                 let cosine = axis.dot(direction).clamp(0.0, 1.0);
-                (exponent + 1.0) / TAU * libm::pow(cosine, exponent)
+                (f64::from(exponent) + 1.0) / TAU * Real::powi(cosine, exponent)
             }
         }
     }

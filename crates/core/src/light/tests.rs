@@ -85,9 +85,14 @@ fn skies<R: Real>() -> Vec<(&'static str, SkyRadiance<R>)> {
         ("constant", SkyRadiance { kind: sky::SkyKind::Constant(v(0.2, 0.5, 1.0)) }),
         (
             "gradient",
-            SkyRadiance { kind: sky::SkyKind::Gradient { bottom: v(0.0, 0.0, 0.0), top: v(1.0, 2.0, 3.0), suns: Vec::new() } },
+            SkyRadiance {
+                kind: sky::SkyKind::Gradient(sky::Gradient { bottom: v(0.0, 0.0, 0.0), top: v(1.0, 2.0, 3.0), suns: Vec::new() }),
+            },
         ),
-        ("suns", SkyRadiance { kind: sky::SkyKind::Gradient { bottom: v(0.3, 0.3, 0.3), top: v(0.1, 0.2, 0.3), suns } }),
+        (
+            "suns",
+            SkyRadiance { kind: sky::SkyKind::Gradient(sky::Gradient { bottom: v(0.3, 0.3, 0.3), top: v(0.1, 0.2, 0.3), suns }) },
+        ),
         ("map", SkyRadiance { kind: sky::SkyKind::Map(sky::Map::new(image, R::from_f64(0.15), R::from_f64(2.0))) }),
     ]
 }

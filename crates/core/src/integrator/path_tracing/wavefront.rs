@@ -78,15 +78,22 @@ impl<R: Real> PathTracer<'_, R> {
         self.scene.geometry.closest(&path.leg.ray, Interval { min, max: R::INFINITY }, &mut ())
     }
 
-    /// Ends the paths that hit nothing, with what they see of the sky.
+    /// Ends the paths that hit nothing, with what they see of the sky or of the backdrop before it.
     fn escape(&mut self, Wavefront { paths, going, hits, seen, .. }: &mut Wavefront<R>, directs: &mut [R::Vec3]) {
         let escaped = || going.iter().zip(&*hits).filter(|(_, hit)| hit.is_none()).map(|(&place, _)| place as usize);
+        let backdrop = self.scene.backdrop;
+        let backdrop_of = |path: &PathState<R>| backdrop.filter(|_| path.traced == 0);
         seen.clear();
-        let legs = escaped().map(|place| &paths[place].leg);
-        self.scene.lights.sky.look(legs.map(|leg| (leg.start(), leg.ray.direction)), seen);
-        for (place, seen) in escaped().zip(&*seen) {
+        let under_sky = escaped().map(|place| &paths[place]).filter(|path| backdrop_of(path).is_none());
+        self.scene.lights.sky.look(under_sky.map(|path| (path.leg.start(), path.leg.ray.direction)), seen);
+        let mut seen = seen.iter();
+        for place in escaped() {
             let path = &mut paths[place];
-            let brought = path.throughput * self.escaped(path, seen);
+            let radiance = match (backdrop_of(path), &mut seen) {
+                (Some(backdrop), _) => backdrop.seen(path.leg.ray.direction) * self.light_on_ground(&path.leg, &path.address),
+                (None, seen) => seen.next().map_or(Vector::ZERO, |seen| self.escaped(path, seen)),
+            };
+            let brought = path.throughput * radiance;
             path.radiance += brought;
             if path.traced == 0
                 && let Some(direct) = directs.get_mut(place)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use raywright_bvh::shapes::equirectangular;
 use raywright_bvh::{Loops, Real, Vector, widest};
 
-use super::SkySample;
+use super::{Directions, LANES, SkySample, side_by_side};
 use crate::scene::{ImageData, Pixels};
 use crate::texture::decoded;
 
@@ -90,21 +90,10 @@ impl<R: Real> Map<R> {
 
     /// What it holds along many directions, one after the other.
     pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
-        let mut directions = directions.fuse();
-        loop {
-            // What is looked along where no direction is left does not matter.
-            let mut these = [[R::ZERO; LANES]; 3];
-            let mut count = 0;
-            for (i, d) in (0..LANES).zip(&mut directions) {
-                [these[0][i], these[1][i], these[2][i]] = [d.x(), d.y(), d.z()];
-                count += 1;
-            }
-            if count == 0 {
-                return;
-            }
-            let [u, v, r, g, b] = widest(Look { map: self, directions: &these });
+        side_by_side::<R>(directions, |directions, count| {
+            let [u, v, r, g, b] = widest(Look { map: self, directions });
             out.extend((0..count).map(|i| SkySample { place: [u[i], v[i]], radiance: R::Vec3::new(r[i], g[i], b[i]) }));
-        }
+        });
     }
 
     /// What the picture holds at places in its list of pixels, channel by channel.
@@ -128,13 +117,10 @@ impl<R: Real> Map<R> {
     }
 }
 
-/// Directions that are looked along side by side.
-const LANES: usize = 16;
-
 /// Places in a picture of directions, and what it holds there.
 struct Look<'a, R: Real> {
     map: &'a Map<R>,
-    directions: &'a [[R; LANES]; 3],
+    directions: &'a Directions<R>,
 }
 
 impl<R: Real> Loops for Look<'_, R> {

@@ -137,8 +137,15 @@ fn many_looks_show_what_one_shows() {
         Map::new(Arc::new(image), turn, 1.5)
     };
     assert!(!map(0.25, 0.0).packed.is_empty() && map(0.1, 0.0).packed.is_empty());
-    let skies = [SkyKind::None, SkyKind::Constant(Vec3::splat(0.3)), SkyKind::Map(map(0.25, 0.0)), SkyKind::Map(map(0.1, 0.7))];
-    for kind in skies {
+    let sun = |i: u8| SunLobe {
+        direction: Vec3::new(0.6, 0.8, 0.1 * f32::from(i)).normalize(),
+        colour: Vec3::new(3.0, 0.1 * f32::from(i), 7.3),
+        exponent: [0, 1, 4, 12, 30][usize::from(i)],
+    };
+    let [bottom, top] = [Vec3::new(0.15, 0.3, 1.7), Vec3::new(0.45, 0.1, 0.9)];
+    let gradients = [0, 1, 5].map(|suns| SkyKind::Gradient(Gradient { bottom, top, suns: (0..suns).map(sun).collect() }));
+    let others = [SkyKind::None, SkyKind::Constant(Vec3::splat(0.3)), SkyKind::Map(map(0.25, 0.0)), SkyKind::Map(map(0.1, 0.7))];
+    for kind in others.into_iter().chain(gradients) {
         let sky = SkyRadiance::<f32> { kind };
         for count in [0, 1, 15, 16, 17, 333] {
             let direction = |i: usize| {

@@ -77,11 +77,11 @@ fn skies_send_what_the_closed_forms_say() {
         seen.sum::<f64>() * cell
     };
     let sun = SkyRadiance {
-        kind: sky::SkyKind::Gradient {
+        kind: sky::SkyKind::Gradient(sky::Gradient {
             bottom: DVec3::ZERO,
             top: DVec3::ZERO,
             suns: vec![sky::SunLobe { direction: DVec3::X, colour: DVec3::ONE, exponent: 65_536 }],
-        },
+        }),
     };
     arrives("sun", &under::<f64>(sun), LightId::Sky, DVec3::ZERO, DVec3::X, TAU / 65_538.0);
     for (name, sky) in skies::<f64>() {

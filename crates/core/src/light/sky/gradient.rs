@@ -1,0 +1,68 @@
+//! A sky in closed form: a gradient from nadir to zenith, and lobes about directions. Written once, for one ray or many.
+
+use raywright_bvh::{Loops, Real, Vector, widest};
+
+use super::{Directions, LANES, SkySample, side_by_side};
+use crate::number::{Lanes, Number, Vector3};
+
+/// A gradient with suns in it.
+#[derive(Clone, Debug)]
+pub struct Gradient<R: Real> {
+    /// Radiance from straight below and from straight above.
+    pub bottom: R::Vec3,
+    pub top: R::Vec3,
+    pub suns: Vec<SunLobe<R>>,
+}
+
+/// A lobe around a direction.
+#[derive(Clone, Debug)]
+pub struct SunLobe<R: Real> {
+    pub direction: R::Vec3,
+    pub colour: R::Vec3,
+    pub exponent: u32,
+}
+
+/// A vector in every lane.
+#[inline(always)]
+fn splat<R: Real, N: Number>(v: R::Vec3) -> N::Vec3 {
+    N::Vec3::of_lanes(|_| v.to_f64())
+}
+
+impl<R: Real> Gradient<R> {
+    /// Radiance along unit directions.
+    #[inline(always)]
+    pub fn radiance<N: Number>(&self, d: N::Vec3) -> N::Vec3 {
+        let [zero, half, one] = [0.0, 0.5, 1.0].map(N::from_f64);
+        let s = half * (d.y() + one);
+        let mut sky = splat::<R, N>(self.bottom) * (one - s) + splat::<R, N>(self.top) * s;
+        for sun in &self.suns {
+            let cosine = d.dot(splat::<R, N>(sun.direction)).max(zero);
+            sky += splat::<R, N>(sun.colour) * cosine.powi(sun.exponent);
+        }
+        sky
+    }
+
+    /// Radiance along many directions, one after the other, in lanes of single precision.
+    pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
+        side_by_side::<R>(directions, |directions, count| {
+            let seen = widest(Look { gradient: self, directions });
+            out.extend((0..count).map(|i| SkySample { place: [R::ZERO; 2], radiance: R::Vec3::from_f64(seen.lane(i)) }));
+        });
+    }
+}
+
+/// Radiance along directions side by side.
+struct Look<'a, R: Real> {
+    gradient: &'a Gradient<R>,
+    directions: &'a Directions<R>,
+}
+
+impl<R: Real> Loops for Look<'_, R> {
+    type Output = <Lanes<LANES> as Number>::Vec3;
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        type N = Lanes<LANES>;
+        let [x, y, z] = self.directions.map(|column| N::of_lanes(|lane| column[lane].to_f64()));
+        self.gradient.radiance::<N>(<N as Number>::Vec3::new(x, y, z))
+    }
+}
