@@ -1,6 +1,7 @@
 //! Where results go, checked before any work is done: a long render must not end with "no such folder", and no result may
 //! take the place of what it is made from.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use raywright_io::output::{Format, Place, is_own_picture};
@@ -36,7 +37,12 @@ impl Target {
 
 /// Every file that a run is going to write.
 #[derive(Debug, Default)]
-pub struct Outputs(Vec<Output>);
+pub struct Outputs {
+    all: Vec<Output>,
+    /// Which of them lies where, and which one is what file: a run may have thousands, and each is compared with all.
+    by_spelling: HashMap<PathBuf, usize>,
+    by_fingerprint: HashMap<u64, usize>,
+}
 
 #[derive(Debug)]
 struct Output {
@@ -54,26 +60,32 @@ impl Outputs {
     pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
         let place = Place::check(path)?;
         let fingerprint = place.fingerprint();
-        let is_same = |other: &&Output| {
-            let may_be = fingerprint.is_none() && other.fingerprint.is_none() || fingerprint == other.fingerprint;
-            may_be && other.place.is(&place)
-        };
-        if let Some(other) = self.0.iter().find(is_same) {
+        if let Some(other) = self.find(&place, fingerprint) {
             let message = match plain(&other.path) == plain(path) {
                 true => format!("{} is named twice as output", path.display()),
                 false => format!("{} and {} are one file, named twice as output", other.path.display(), path.display()),
             };
             return Err(Error::usage(message).with_hint(format!("name another file with {flag}")).into());
         }
-        self.0.push(Output { path: path.to_owned(), flag, place, fingerprint });
+        let index = self.all.len();
+        self.by_spelling.insert(place.spelling(), index);
+        fingerprint.map(|fingerprint| self.by_fingerprint.insert(fingerprint, index));
+        self.all.push(Output { path: path.to_owned(), flag, place, fingerprint });
         Ok(())
+    }
+
+    /// The one of them that is this place, or another name of the file there.
+    fn find(&self, place: &Place, fingerprint: Option<u64>) -> Option<&Output> {
+        let there = || fingerprint.and_then(|fingerprint| self.by_fingerprint.get(&fingerprint));
+        let index = self.by_spelling.get(&place.spelling()).or_else(there)?;
+        self.all.get(*index).filter(|other| other.place.is(place))
     }
 
     /// Refuses to go on where an output would take the place of something that the run reads or its scene names.
     pub fn keep_clear_of(&self, inputs: &Inputs) -> Result<(), Failure> {
-        let places = self.0.iter().map(|output| (&output.place, output.fingerprint));
+        let places = self.all.iter().map(|output| (&output.place, output.fingerprint));
         let Some((i, clash)) = inputs.first_clash(places) else { return Ok(()) };
-        let Output { path, flag, place, .. } = &self.0[i];
+        let Output { path, flag, place, .. } = &self.all[i];
         let path = path.display();
         let message = match &clash {
             Clash::Read(file) if file.file_name() != place.file_name() => {
@@ -87,14 +99,14 @@ impl Outputs {
 
     /// Whether anything lies where one of them goes.
     pub fn replace_any(&self) -> bool {
-        self.0.iter().any(|output| output.path.exists())
+        self.all.iter().any(|output| output.path.exists())
     }
 
     /// Whether a file that nobody named would take the place of no output and no input. Where no file can be made at all,
     /// writing it will say so.
     pub fn leave_free(&self, path: &Path, inputs: &Inputs) -> bool {
         match Place::check(path) {
-            Ok(place) => inputs.clash(&place).is_none() && !self.0.iter().any(|other| other.place.is(&place)),
+            Ok(place) => inputs.clash(&place).is_none() && self.find(&place, place.fingerprint()).is_none(),
             Err(_) => true,
         }
     }

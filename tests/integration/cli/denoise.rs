@@ -90,6 +90,14 @@ fn crops_and_transparent_pictures_are_denoised() {
     assert_eq!((shown.get_pixel(0, 0).0, shown.get_pixel(20, 15).0[3]), ([0; 4], 255));
 }
 
+/// Protects: denoised pictures of either integrator say how near they are.
+#[test]
+fn denoised_pictures_by_rays_alone_say_their_error() {
+    let words = "render preset:whitted --size 33x21 --spp 16 --denoise -o a.png";
+    let desk = desk();
+    desk.run(&words.split(' ').collect::<Vec<_>>()).exits_with(0).says_like("(33x21, 16 samples, denoised (biased), error ");
+}
+
 /// Protects: where there is no denoised picture it is said why, before anything is rendered where that can be; a first look is one in any
 /// case.
 #[test]

@@ -338,7 +338,7 @@ fn an_interrupted_render_goes_on() {
     let mut text = String::new();
     stderr.read_to_string(&mut text).expect("text");
     assert_eq!(code, Some(130), "{text}");
-    assert!(text.contains("what was finished is in a.partial.exr\nhelp: go on with --resume a.film"), "{text}");
+    assert!(text.contains("what was finished is in a.partial.exr, a.film\nhelp: go on with --resume a.film"), "{text}");
     let (size, spp) = ("--size 160x120", "--spp 400");
     render(&desk, &format!("{size} {spp} -o a.exr --resume a.film")).exits_with(0);
     render(&desk, &format!("{size} {spp} -o once.exr")).exits_with(0);

@@ -202,19 +202,21 @@ fn progress_is_told_in_json() {
     assert!(desk.picture("a.exr").rgb == desk.picture("b.exr").rgb);
 }
 
-/// Protects: the hash is that of the pixels alone, one line a picture; without metadata equal pixels are equal files, whatever made them.
+/// Protects: the hash is that of the pixels alone, one line a file; without metadata equal pixels are equal files, whatever made them.
 #[test]
 fn equal_pixels_have_equal_hashes_and_files() {
     let desk = room();
     let hash = |words: &str| {
         let run = render(&desk, &format!("--hash --spp 2 {words}"));
         run.exits_with(0);
-        let (hash, name) = run.text().split_once("  ").expect("two columns");
+        let lines: Vec<_> = run.text().lines().map(|line| line.split_once("  ").expect("two columns")).collect();
+        let hash = lines[0].0;
         assert!(hash.len() == 64 && hash.bytes().all(|byte| byte.is_ascii_hexdigit()), "{hash}");
-        (hash.to_owned(), name.trim_end().to_owned())
+        assert!(lines.iter().all(|line| line.0 == hash), "{lines:?}");
+        (hash.to_owned(), lines.iter().map(|line| line.1.to_owned()).collect::<Vec<_>>())
     };
-    let (one, name) = hash("-o a.png -o a.exr --no-metadata --threads 1");
-    assert_eq!(name, "a.png");
+    let (one, names) = hash("-o a.png -o a.exr --no-metadata --threads 1");
+    assert_eq!(names, ["a.png", "a.exr"]);
     assert_eq!(hash("-o b.png -o b.exr --no-metadata --accel linear").0, one);
     assert_ne!(hash("-o c.png -o c.exr --seed 5").0, one);
     let file = |name: &str| fs::read(desk.path(name)).expect("a file");

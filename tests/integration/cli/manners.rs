@@ -172,3 +172,38 @@ fn colours_have_their_usual_names() {
     scene("\"rebeccapurpel\"");
     desk.run(&["check", "c.scene.toml"]).exits_with(3);
 }
+
+/// Protects: a number below zero is told as what it is, not as a flag that there isn't, and where it may be below zero it is taken.
+#[test]
+fn numbers_below_zero_are_no_flags() {
+    let desk = desk();
+    let flags = ["--zoom -1", "--fov -10", "--max-error -1", "--budget -1s", "--clamp -1", "--seed -1", "--turntable -4"];
+    for flag in flags.into_iter().chain(["--crop -1,0,5,5", "--size -3x4", "--threads -1", "--max-memory -5"]) {
+        let (name, value) = flag.split_once(' ').expect("a flag and its value");
+        desk.run(&words(&format!("render ball.scene.toml {flag}")))
+            .exits_with(2)
+            .says_like(&format!("invalid value '{value}' for '{name} "));
+    }
+    desk.run(&words("render ball.scene.toml -s 4x4 --spp 1 -o a.exr -o a.png")).exits_with(0);
+    desk.run(&words("compare a.exr a.exr --min-psnr -3")).exits_with(0);
+}
+
+/// Protects: the help names every effect that can be switched off, and a file that isn't named is no film before anything is rendered.
+#[test]
+fn help_names_every_effect() {
+    let desk = desk();
+    let help = desk.run(&words("render --help"));
+    let unknown = desk.run(&words("render --without none-such"));
+    let known = unknown.exits_with(2).stderr.split_once("known: ").expect("a list").1.lines().next().expect("a line").to_owned();
+    let names: Vec<_> = known.split(", ").collect();
+    let text = help.exits_with(0).text().split_whitespace().collect::<Vec<_>>().join(" ");
+    let list = text.split_once("Switch effects off, separated by commas: ").expect("a list").1;
+    for name in &names {
+        assert!(list.contains(name), "{name}");
+    }
+    assert!(names.len() > 30, "{names:?}");
+    desk.run(&words("render ball.scene.toml -s 4x4 --spp 1 --checkpoint nofolder/"))
+        .exits_with(4)
+        .says_like("cannot write nofolder/");
+    assert!(!desk.path("ball.png").exists());
+}

@@ -40,15 +40,15 @@ pub struct AccuracyArgs {
     pub integrator: Option<Integrator>,
 
     /// Time that it may take in all, such as 90s or 5min; renders end where it does
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = values::duration)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "60s", value_parser = values::duration)]
     pub budget: Duration,
 
     /// Size of the renders in pixels [default: as large as there is time for, at most the scene's own]
-    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::size)]
     pub size: Option<[u32; 2]>,
 
     /// Times that each setting is rendered, with other random numbers each; fewer where time is out
-    #[arg(long, value_name = "K", default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
     pub rounds: u32,
 
     /// Keep the reference in this file, or compare with the one that it holds
@@ -56,11 +56,11 @@ pub struct AccuracyArgs {
     pub reference: Option<PathBuf>,
 
     /// Threads [default: one for each processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
     /// Refuse what would need more memory for one render: bytes, or with K, M, G [default: 8G]
-    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
     pub max_memory: Option<u64>,
 
     /// Print JSON instead of a table

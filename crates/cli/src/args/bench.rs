@@ -36,7 +36,7 @@ pub struct BenchArgs {
     pub shape: Shapes,
 
     /// Primitives in the largest generated scene, at most 10000000
-    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000), conflicts_with = "scene")]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000), conflicts_with = "scene")]
     pub max_n: u32,
 
     /// How the tree is built: a rung of the ladder `build`, fast, medium or high
@@ -44,12 +44,12 @@ pub struct BenchArgs {
     pub build: BuildQuality,
 
     /// Times that each is measured, in turn; more make median and spread more certain
-    #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repeats: u32,
 
     /// CPU seconds that the rays may take, roughly; builds come on top. Less time makes shorter samples, which are less
     /// certain, and leaves out the scans that take longer
-    #[arg(long, value_name = "S", default_value_t = 40.0, value_parser = seconds)]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, default_value_t = 40.0, value_parser = seconds)]
     pub seconds: f64,
 
     /// Print JSON instead of a table

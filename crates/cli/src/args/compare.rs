@@ -28,23 +28,23 @@ pub struct CompareArgs {
     pub reference: PathBuf,
 
     /// Fail if the root mean square error is above this
-    #[arg(long, value_name = "X", value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
     pub max_rmse: Option<f64>,
 
     /// Fail if relMSE, the mean of (A - B)² / (B² + 0.01), is above this
-    #[arg(long, value_name = "X", value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
     pub max_relmse: Option<f64>,
 
     /// Fail if relMSE without the worst 0.1 % of the pixels is above this
-    #[arg(long, value_name = "X", value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
     pub max_relmse_trimmed: Option<f64>,
 
     /// Fail if the mean FLIP difference, from 0 (alike) to 1, is above this
-    #[arg(long, value_name = "X", value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::at_least_zero, help_heading = "Thresholds")]
     pub max_flip: Option<f64>,
 
     /// Fail if the peak signal-to-noise ratio, in decibels, is below this
-    #[arg(long, value_name = "DB", value_parser = values::number, help_heading = "Thresholds")]
+    #[arg(long, value_name = "DB", allow_hyphen_values = true, value_parser = values::number, help_heading = "Thresholds")]
     pub min_psnr: Option<f64>,
 
     /// Fail if they differ by more than their noise, as the layer stderr of an .exr or a .film tells it; a picture without is taken to have
@@ -53,7 +53,7 @@ pub struct CompareArgs {
     pub noise: bool,
 
     /// Probability of a false alarm of --noise, of all its tests together
-    #[arg(long, value_name = "P", value_parser = values::level, default_value = "0.01", requires = "noise", help_heading = "Thresholds")]
+    #[arg(long, value_name = "P", allow_hyphen_values = true, value_parser = values::level, default_value = "0.01", requires = "noise", help_heading = "Thresholds")]
     pub level: f64,
 
     /// Write a picture of where they differ, .png: black where alike, ever lighter the more an eye would notice

@@ -33,10 +33,10 @@ pub struct DenoiseArgs {
     pub display: DisplayArgs,
 
     /// Threads; the picture does not depend on it [default: one for each processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
     /// Refuse what would need more memory: bytes, or with K, M, G [default: 8G]
-    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
     pub max_memory: Option<u64>,
 }

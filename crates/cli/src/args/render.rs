@@ -107,7 +107,7 @@ pub struct RenderArgs {
 #[command(next_help_heading = "View")]
 pub struct ViewArgs {
     /// Width and height in pixels; the vertical field of view is kept [default: the scene's; models 1280x720]
-    #[arg(short, long, value_name = "WxH", value_parser = values::size)]
+    #[arg(short, long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::size)]
     pub size: Option<[u32; 2]>,
 
     /// Camera by name, or by index from 0 [default: the scene's first]
@@ -127,7 +127,7 @@ pub struct ViewArgs {
     pub views: Option<Views>,
 
     /// N pictures once around the whole scene, from the height of the view in force
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3600),
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=3600),
         conflicts_with_all = ["camera", "eye", "target", "up", "frames"])]
     pub turntable: Option<u32>,
 
@@ -136,7 +136,7 @@ pub struct ViewArgs {
     pub frames: Option<Frames>,
 
     /// Enlarge what is in the middle of the picture
-    #[arg(long, value_name = "X", value_parser = values::zoom)]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::zoom)]
     pub zoom: Option<f64>,
 
     /// Move the camera to this point
@@ -152,16 +152,16 @@ pub struct ViewArgs {
     pub up: Option<[f64; 3]>,
 
     /// Vertical field of view in degrees; a scene that is shown whole stays whole
-    #[arg(long, value_name = "DEG", value_parser = values::field_of_view)]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::field_of_view)]
     pub fov: Option<f64>,
 
     /// Render only these pixels, counted from the top left; their values are those of the whole picture
-    #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop)]
+    #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true, value_parser = values::crop)]
     pub crop: Option<Crop>,
 
     /// What is seen where nothing is hit: env (the sky), transparent, or a colour: linear R,G,B, or as #e6b219, white,
-    /// rgb(230,178,25) [default: env]
-    #[arg(long, value_name = "env|transparent|COLOUR", value_parser = values::background)]
+    /// rgb(230,178,25). It is light like all else in the picture, so exposure and tone map change it [default: env]
+    #[arg(long, value_name = "env|transparent|COLOUR", allow_hyphen_values = true, value_parser = values::background)]
     pub background: Option<Background>,
 }
 
@@ -213,21 +213,21 @@ pub struct LightArgs {
     /// Add samples where the error is until the root relMSE is below E, by the upper end of its 95 % interval: 0.1 is grainy, 0.02
     /// clean; at most --spp samples a pixel, or what --budget leaves time for; with --denoise it is the denoised picture's error
     /// [default: every pixel takes --spp]
-    #[arg(long, value_name = "E", value_parser = values::max_error)]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = values::max_error)]
     pub max_error: Option<f64>,
 
     /// Ray segments a light path may have, 1 to 64, or unlimited: chance alone then ends it; 1 is the camera ray alone [default: the
     /// scene's; models 8]
-    #[arg(long, value_name = "N", value_parser = depth)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = depth)]
     pub max_depth: Option<u32>,
 
     /// Radiance to which samples of paths that are brighter are dimmed: fewer fireflies, but light is lost, and the picture is biased
     /// [default: none is]
-    #[arg(long, value_name = "X", value_parser = limit)]
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = limit)]
     pub clamp: Option<f64>,
 
     /// Seed of the random numbers: the same seed gives the same picture, bit for bit [default: the scene's; models 0]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub seed: Option<u64>,
 
     /// Arithmetic of rays and surfaces [default: robust]
@@ -275,11 +275,11 @@ pub struct DisplayArgs {
 #[command(next_help_heading = "Machine")]
 pub struct MachineArgs {
     /// Threads; the picture does not depend on it [default: one for each processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
     /// Refuse what would need more memory: bytes, or with K, M, G [default: 8G]
-    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
     pub max_memory: Option<u64>,
 
     /// How rays find what they hit; the picture does not depend on it [default: bvh]
@@ -293,7 +293,7 @@ pub struct MachineArgs {
 pub struct FilmArgs {
     /// Render as many samples as there is time for, counted from the program's start, such as 10s or 5min: at least one
     /// pass over the picture, at most --spp [default: no limit; with it, up to 65536 samples]
-    #[arg(long, value_name = "TIME", value_parser = values::duration)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = values::duration)]
     pub budget: Option<Duration>,
 
     /// Keep what there is of the picture in this file, every minute and in the end, to go on from with --resume
@@ -311,7 +311,7 @@ pub struct FilmArgs {
 
     /// Render only the Kth of N shares of the picture into the file of --checkpoint; `raywright merge` makes one
     /// picture of all of them
-    #[arg(long, value_name = "K/N", value_parser = values::share)]
+    #[arg(long, value_name = "K/N", allow_hyphen_values = true, value_parser = values::share)]
     pub part: Option<Share>,
 }
 

@@ -67,8 +67,10 @@ pub struct ChoiceArgs {
     pub rungs: Vec<Choice>,
 
     /// Switch effects off, separated by commas: ambient-light, direct-light, shadows, highlights, rim-light, emission,
-    /// mirror-reflection, fuzzy-reflection, refraction, transparency, image-textures, checkerboard, vertex-colours,
-    /// smooth-shading, normal-maps, sky, environment-map, ground-shadow, sky-light, depth-of-field, motion, soft-shadows
+    /// mirror-reflection, fuzzy-reflection, refraction, transparency, image-textures, mip-maps, checkerboard, vertex-colours,
+    /// smooth-shading, normal-maps, sky, environment-map, ground-shadow, sky-light, depth-of-field, motion, soft-shadows,
+    /// absorption, nested-media, thin-walls, tinted-reflection, conductors, clearcoat, sheen, anisotropy, iridescence,
+    /// dispersion, diffuse-transmission
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::effect)]
     pub without: Vec<Effect>,
 }
@@ -94,7 +96,7 @@ pub struct ExplainArgs {
     pub measure: bool,
 
     /// Time that measuring may take in all, such as 90s or 5min
-    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = values::duration, requires = "measure")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::duration, requires = "measure")]
     pub budget: Duration,
 
     /// Print JSON instead of a table

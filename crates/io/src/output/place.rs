@@ -31,7 +31,7 @@ impl Place {
     /// An error of kind [`File`](crate::ErrorKind::File).
     pub fn check(path: &Path) -> Result<Self, Error> {
         let fail = |cause: io::Error| Error::write(path, &cause);
-        if path.is_dir() {
+        if path.is_dir() || path.to_string_lossy().ends_with(std::path::is_separator) {
             return Err(fail(io::ErrorKind::IsADirectory.into()));
         }
         let end = follow(path).map_err(fail)?;
@@ -71,10 +71,14 @@ impl Place {
         self.is_spelled(&other.path) || self.existing().is_some_and(|file| other.existing().is_some_and(|there| file == there))
     }
 
+    /// Its path, in one spelling of all that the file system takes for one: to look it up among many.
+    pub fn spelling(&self) -> PathBuf {
+        if self.ignores_case { self.path.to_string_lossy().to_lowercase().into() } else { self.path.clone() }
+    }
+
     /// Whether an absolute path without links is this place's.
     pub(crate) fn is_spelled(&self, path: &Path) -> bool {
-        let folded = |path: &Path| path.to_string_lossy().to_lowercase();
-        self.path == path || (self.ignores_case && folded(&self.path) == folded(path))
+        self.path == path || (self.ignores_case && self.spelling() == Path::new(&path.to_string_lossy().to_lowercase()))
     }
 
     /// What tells the file that is there now from other ones; none where there is none.

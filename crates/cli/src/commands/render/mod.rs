@@ -96,11 +96,11 @@ fn single(args: &RenderArgs, notes: &mut Notes) -> Result<Done, Failure> {
     let render = clock.lap();
     let (is_free, metadata) = (|path: &Path| outputs.leave_free(path, &loaded.inputs), metadata(args, &session));
     if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
-        let failure = write::interrupted(&rendered, &targets, plan.display, &metadata, is_free);
-        return Err(session.explained(failure));
+        let kept = write::keep(&rendered, &targets, plan.display, &metadata, is_free);
+        return Err(session.explained(write::interrupted(kept.map(|kept| session.with_own(kept)))));
     }
     let names = write::write(&rendered, &targets, plan.display, &metadata, is_free)?;
-    print_hash(args, &rendered, names.first().unwrap_or(&loaded.source.stem))?;
+    print_hash(args, &rendered, &names, &loaded.source.stem)?;
     let written = session.with_own(names);
     let write = clock.lap();
     let seconds = Seconds { load, prepare, render, write, total: clock.total() };
@@ -121,12 +121,14 @@ fn metadata(args: &RenderArgs, session: &Session) -> Metadata {
     if args.no_metadata { Metadata::default() } else { session.metadata().clone() }
 }
 
-/// The hash of a picture's pixels, where it is asked for, beside the file that has them.
-fn print_hash(args: &RenderArgs, rendered: &Rendered, name: &str) -> Result<(), Failure> {
-    match args.report.hash {
-        true => console::print(format!("{}  {}\n", pixel_hash(rendered.shown()), console::on_one_line(name))),
-        false => Ok(()),
+/// The hash of a picture's pixels, where it is asked for, beside each file that has them; beside a name where none has.
+fn print_hash(args: &RenderArgs, rendered: &Rendered, files: &[String], name: &str) -> Result<(), Failure> {
+    if !args.report.hash {
+        return Ok(());
     }
+    let (hash, name) = (pixel_hash(rendered.shown()), [name.to_owned()]);
+    let names = if files.is_empty() { &name } else { files };
+    console::print(names.iter().map(|name| format!("{hash}  {}\n", console::on_one_line(name))).collect::<String>())
 }
 
 /// The scene that is named, or the one that is meant where none is.
@@ -257,7 +259,7 @@ fn described(
     notes: &mut Notes,
 ) -> String {
     let asked = args.light.max_error;
-    let noisy = noisy.filter(|_| ready.follows_paths() || asked.is_some());
+    let noisy = noisy.filter(|_| ready.follows_paths() || asked.is_some() || rendered.denoised().is_some());
     let error = tell::error(noisy, session.film(), rendered, asked, notes);
     let error = error.map(|error| format!(", {error}")).unwrap_or_default();
     size_and_samples(settings, session) + &error

@@ -77,17 +77,11 @@ fn picture(rendered: &Rendered, format: Format) -> Cow<'_, Picture> {
     }
 }
 
-/// Keeps what there is of a picture that was stopped; the end of the run, which says so.
-pub fn interrupted(
-    rendered: &Rendered,
-    targets: &[Target],
-    display: Display,
-    metadata: &Metadata,
-    is_free: impl Fn(&Path) -> bool,
-) -> Failure {
-    let message = match keep(rendered, targets, display, metadata, is_free) {
+/// The end of a run that was stopped, with the files of what there is.
+pub fn interrupted(kept: Result<String, Error>) -> Failure {
+    let message = match kept {
         Ok(kept) if kept.is_empty() => NOTHING_KEPT.to_owned(),
-        Ok(kept) => format!("interrupted; what was finished is in {}", kept.join(", ")),
+        Ok(kept) => format!("interrupted; what was finished is in {kept}"),
         Err(error) => return Failure { exit: Exit::Interrupted, message: error.to_string() },
     };
     Failure::new(Exit::Interrupted, message)
@@ -141,7 +135,8 @@ mod tests {
         let ready = prepare(&Scene::default(), &settings, &()).expect("nothing is wrong with an empty scene");
         let targets = [Target::File(at("a.png"), output::Format::Png), Target::Stdout];
         let end = |rendered: &Rendered| {
-            let failure = interrupted(rendered, &targets, Display::default(), &Metadata::default(), |_| true);
+            let kept = keep(rendered, &targets, Display::default(), &Metadata::default(), |_| true);
+            let failure = interrupted(kept.map(|kept| kept.join(", ")));
             assert_eq!(failure.exit, Exit::Interrupted);
             failure.message
         };

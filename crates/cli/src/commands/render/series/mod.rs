@@ -56,11 +56,13 @@ struct Series<'a> {
     progress: Progress,
     outputs: Outputs,
     inputs: Vec<Input>,
+    /// What the scene read that the outputs were last held against.
+    clear_of: Inputs,
     /// The files of each picture, scene after scene.
     targets: Vec<Vec<Target>>,
     together: Together,
-    /// Files that were written.
-    names: Vec<String>,
+    /// Files that were written, picture by picture.
+    names: Vec<Vec<String>>,
     finished: usize,
     /// The last picture in a few words, and what holds for all of them.
     description: [String; 2],
@@ -102,6 +104,7 @@ impl<'a> Series<'a> {
             progress,
             outputs,
             inputs,
+            clear_of: Inputs::default(),
             targets,
             together,
             names,
@@ -147,11 +150,7 @@ impl<'a> Series<'a> {
             (0..shots.len()).for_each(|_| self.progress.finish_piece());
         }
         let together = self.together.write()?;
-        let files = match self.names.as_slice() {
-            [] => together.join(", "),
-            [one] => [std::slice::from_ref(one), &together].concat().join(", "),
-            [first, .., last] => [&[format!("{first} to {last}")], together.as_slice()].concat().join(", "),
-        };
+        let files = [ranges(&self.names), together].concat().join(", ");
         let error = self.error.map(|error| format!(", errors up to {}", significant(error, 2))).unwrap_or_default();
         let [one, all] = &self.description;
         let described = if self.finished == 1 { one.clone() } else { format!("{} pictures, {all}{error}", self.finished) };
@@ -171,7 +170,11 @@ impl<'a> Series<'a> {
             if moment.is_none() || shot.at.is_some() {
                 let limits = limits(self.args);
                 let loaded = self.threads.run(|| scene_input::load(&input, &own.changes, limits, &Progress::hidden()))?;
-                self.outputs.keep_clear_of(&loaded.inputs)?;
+                // Each of thousands of moments reads the same files.
+                if loaded.inputs != self.clear_of {
+                    self.outputs.keep_clear_of(&loaded.inputs)?;
+                    self.clear_of = loaded.inputs.clone();
+                }
                 if self.inputs.len() > 1 && i == 0 {
                     notes.turn_to(&loaded.source.name);
                 }
@@ -225,8 +228,8 @@ impl<'a> Series<'a> {
             return Err(interrupted(self.finished, self.targets.len(), kept, self.together.keep(is_free)));
         }
         let names = write::write(&rendered, targets, plan.display, &metadata, is_free)?;
-        print_hash(own, &rendered, names.first().map_or(caption, String::as_str))?;
-        self.names.extend(names);
+        print_hash(own, &rendered, &names, caption)?;
+        self.names.push(names);
         self.together.add(rendered.shown(), plan.display, caption)?;
         note_rendered(loaded, &rendered, plan, targets, notes);
         tell::note_shut_away(loaded, ready, session.film(), notes);
@@ -246,6 +249,13 @@ impl<'a> Series<'a> {
         let Some(&exit) = self.failed.first() else { return Ok(()) };
         Err(Failure::new(exit, format_args!("{} of {} scenes were not rendered", self.failed.len(), self.inputs.len())))
     }
+}
+
+/// The files of pictures in a few words: of each that a picture has, the first picture's to the last one's.
+fn ranges(names: &[Vec<String>]) -> Vec<String> {
+    let (Some(first), Some(last)) = (names.first(), names.last()) else { return Vec::new() };
+    let range = |(first, last): (&String, &String)| if names.len() == 1 { first.clone() } else { format!("{first} to {last}") };
+    first.iter().zip(last).map(range).collect()
 }
 
 /// The end of a run that was stopped, with what there is of the picture under way and of what holds all of them.
@@ -281,5 +291,24 @@ impl Moment {
             *ready = Some(threads.run(|| prepared(loaded, &plan.settings, &Watch::until(stop)))?);
         }
         Ok(plan)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ranges;
+
+    /// Protects: files of many pictures are told by the first and the last of each kind, those of one picture by name, and nothing by nothing.
+    #[test]
+    fn files_are_told_by_the_first_and_the_last_of_a_kind() {
+        let told = |names: &[&[&str]]| {
+            ranges(&names.iter().map(|names| names.iter().map(|&name| name.to_owned()).collect()).collect::<Vec<_>>()).join(", ")
+        };
+        assert_eq!(
+            told(&[&["a-0.png", "b-0.exr"], &["a-1.png", "b-1.exr"], &["a-2.png", "b-2.exr"]]),
+            "a-0.png to a-2.png, b-0.exr to b-2.exr"
+        );
+        assert_eq!(told(&[&["w.png", "t-0000.png"]]), "w.png, t-0000.png");
+        assert_eq!((told(&[]), told(&[&[], &[]])), (String::new(), String::new()));
     }
 }
