@@ -218,7 +218,7 @@ pub fn views(text: &str) -> Result<Views, String> {
             Ok(_) => format!("{part},{}", parts.next().unwrap_or_default()),
             Err(_) => part.to_owned(),
         };
-        views.push((name.clone(), view(&name)?));
+        views.push((name.clone(), view(&name).map_err(|error| format!("{name}: {error}"))?));
     }
     Ok(Views(views))
 }
@@ -233,6 +233,7 @@ pub fn frames(text: &str) -> Result<Frames, String> {
     match frames {
         Frames { from, to, rate } if rate > 0.0 && to > from && (to - from) * rate <= MOST => Ok(frames),
         Frames { from, to, rate } if rate > 0.0 && to > from => Err(format!("{} pictures are too many", (to - from) * rate)),
+        Frames { from, to, rate } if rate > 0.0 => Err(format!("it ends at {to}, and starts at {from}")),
         _ => Err(expected()),
     }
 }
@@ -337,5 +338,15 @@ mod tests {
         for text in ["0", "180", "-10", "wide", "NaN"] {
             assert!(field_of_view(text).is_err(), "{text}");
         }
+    }
+
+    /// Protects: of several values the wrong one is named, and so is what is wrong with moments.
+    #[test]
+    fn what_is_wrong_is_named() {
+        assert!(views("front,fronnt").is_err_and(|error| error.starts_with("fronnt: expected front, back")));
+        assert!(views("front,10,91").is_err_and(|error| error.starts_with("10,91: expected an elevation")));
+        assert!(frames("2..0:5").is_err_and(|error| error == "it ends at 0, and starts at 2"));
+        assert!(frames("0..1e9:25").is_err_and(|error| error.ends_with("pictures are too many")));
+        assert!(frames("0..2:-5").is_err_and(|error| error.starts_with("expected A..B:FPS")));
     }
 }

@@ -75,7 +75,8 @@ fn judged(file: String, loaded: Result<Loaded, Failure>, deny_warnings: bool) ->
     let loaded = match loaded {
         Ok(loaded) => loaded,
         Err(failure) => {
-            let error = Some(failure.message.trim_end().to_owned());
+            let message = failure.message.trim_end();
+            let error = Some(message.strip_prefix("error: ").unwrap_or(message).to_owned());
             return (Checked { file, ok: false, code: failure.exit as u8, error, warnings: Vec::new() }, Some(failure));
         }
     };
