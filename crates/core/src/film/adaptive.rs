@@ -11,7 +11,7 @@
 //! which points of a sequence are even.
 
 use super::relative::weights;
-use super::{Doubt, Film, Plan, ReplicateBuffer};
+use super::{Doubt, Film, Plan, ReplicateBuffer, Uncertainty};
 use crate::denoise::denoise;
 use crate::observer::Observer;
 
@@ -88,12 +88,11 @@ impl Film {
             self.doubted = Some(DoubtedAim { samples: [*samples.start(), *samples.end()], error: claimed, doubt });
         }
         // A squared error falls at least as fast as samples are added.
-        let lacking = claimed.filter(|claimed| claimed.doubt.is_none()).map_or(GROWTH, |claimed| {
-            let upper = claimed.root_relmse.high / error;
-            upper * upper
-        });
+        let needed = |claimed: Uncertainty| (claimed.root_relmse.high / error) * (claimed.root_relmse.high / error);
+        let lacking = claimed.filter(|claimed| claimed.doubt.is_none()).map_or(GROWTH, needed);
         let (done, _) = self.progress(&self.whole());
-        self.expected = (done as f64 * lacking) as u64;
+        // A claim in doubt is none to go by in adding samples, but it tells how many there will be at least.
+        self.expected = (done as f64 * claimed.map_or(lacking, |claimed| needed(claimed).max(lacking))) as u64;
         let growth = lacking.clamp(LEAST_GROWTH, GROWTH);
         let decided = [growth, GROWTH].into_iter().find_map(|growth| {
             let halves = [0, 1].map(|half| self.raised(half, growth));

@@ -154,6 +154,23 @@ fn coverage_counts_replicates_the_same() {
     assert!(film.picture().alpha.expect("it was asked for").iter().all(|&alpha| alpha == 0.25));
 }
 
+/// Protects: how many samples there will be is told by the claimed error, by a claim in doubt too: a picture that needs a hundred times as many
+/// is not told to be nearly finished.
+#[test]
+fn the_end_is_told_by_the_claim() {
+    for found in [1000, 39] {
+        let mut film = row(3, 65_536);
+        take(&mut film, known(|_| 0.1));
+        (film.counters.unaided, film.counters.found) = (1000, found);
+        let claim = film.uncertainty().expect("four replicates");
+        assert!(found == 1000 || claim.doubt.is_some());
+        assert_eq!(film.aim(0.1 * claim.root_relmse.high, &()), Aim::Further);
+        let (done, all) = film.progress(&film.whole());
+        let told = all as f64 / done as f64;
+        assert!((told - 100.0).abs() < 0.01, "{told}");
+    }
+}
+
 /// Protects: an error that is in doubt is not reached, however small it is claimed to be; where that was first, and why, is remembered, and
 /// nothing is where the claim itself is too large.
 #[test]
