@@ -45,19 +45,19 @@ impl<R: Real> Gradient<R> {
     /// Radiance along many directions, one after the other, in lanes of single precision.
     pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
         side_by_side::<R>(directions, |directions, count| {
-            let seen = widest(Look { gradient: self, directions });
+            let seen = widest(GradientRadiance { gradient: self, directions });
             out.extend((0..count).map(|i| SkySample { place: [R::ZERO; 2], radiance: R::Vec3::from_f64(seen.lane(i)) }));
         });
     }
 }
 
 /// Radiance along directions side by side.
-struct Look<'a, R: Real> {
+struct GradientRadiance<'a, R: Real> {
     gradient: &'a Gradient<R>,
     directions: &'a Directions<R>,
 }
 
-impl<R: Real> Loops for Look<'_, R> {
+impl<R: Real> Loops for GradientRadiance<'_, R> {
     type Output = <Lanes<LANES> as Number>::Vec3;
     #[inline(always)]
     fn run(self) -> Self::Output {
