@@ -1,10 +1,16 @@
 //! What is at a hit: the surface and its texture coordinates, made once the hit is known.
 
+use glam::DVec3;
+
 use crate::geometry::Geometry;
 use crate::primitive_set::Kind;
+use crate::processor::{Loops, widest};
 use crate::ray::{Hit, Ray};
 use crate::scalar::{Real, Vector};
-use crate::shapes::{Maps, Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, Under};
+use crate::shapes::{Maps, Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, Triangle, Under};
+
+/// Triangles that are located together.
+const LANES: usize = 8;
 
 impl<R: Real> Geometry<R> {
     /// The surface at a hit that this geometry returned for the same ray, before it is rounded to the stored scalar.
@@ -23,6 +29,24 @@ impl<R: Real> Geometry<R> {
     #[inline]
     pub fn surface(&self, ray: &Ray<R>, hit: &Hit<R>) -> Surface<R> {
         self.located(ray, hit).stored()
+    }
+
+    /// [`Self::surface`] of many rays, told by their places in the list: in less time, since triangles are located several together.
+    #[inline]
+    pub fn surfaces<'a>(&self, hits: impl Iterator<Item = (&'a Ray<R>, &'a Hit<R>)>, mut out: impl FnMut(usize, Surface<R>)) {
+        let mut waiting = HitLanes::<R>::default();
+        for (place, (ray, hit)) in hits.enumerate() {
+            let slot = &self.group.slots[hit.slots[0] as usize];
+            if slot.kind != Kind::Triangle {
+                out(place, self.surface(ray, hit));
+                continue;
+            }
+            waiting.push(place, &self.triangle(slot.index as usize), hit);
+            if waiting.len == LANES {
+                waiting.locate(&mut out);
+            }
+        }
+        waiting.locate(&mut out);
     }
 
     /// Texture coordinates at a hit that this geometry returned for the same ray.
@@ -79,6 +103,95 @@ impl<R: Real> Geometry<R> {
                 transform.parameters_to_world(&there)
             }
         }
+    }
+}
+
+/// Hits of triangles in columns.
+struct HitLanes<R: Real> {
+    len: usize,
+    /// Their places in the list.
+    place: [usize; LANES],
+    /// Corners, each by its axes, and the weights of the second and third.
+    corners: [[[R; LANES]; 3]; 3],
+    weights: [[R; LANES]; 2],
+}
+
+impl<R: Real> Default for HitLanes<R> {
+    fn default() -> Self {
+        let none = [R::ZERO; LANES];
+        Self { len: 0, place: [0; LANES], corners: [[none; 3]; 3], weights: [none; 2] }
+    }
+}
+
+impl<R: Real> HitLanes<R> {
+    #[inline(always)]
+    fn push(&mut self, place: usize, triangle: &Triangle<R>, hit: &Hit<R>) {
+        let lane = self.len;
+        self.len += 1;
+        self.place[lane] = place;
+        for ([x, y, z], corner) in self.corners.iter_mut().zip(triangle.vertices) {
+            (x[lane], y[lane], z[lane]) = (corner.x(), corner.y(), corner.z());
+        }
+        (self.weights[0][lane], self.weights[1][lane]) = (hit.u, hit.v);
+    }
+
+    /// Tells the surfaces of all, of which none is left.
+    #[inline(always)]
+    fn locate(&mut self, out: &mut impl FnMut(usize, Surface<R>)) {
+        if self.len == 0 {
+            return;
+        }
+        let located = widest(LocateTriangles(self));
+        for lane in 0..self.len {
+            let [point, normal] = [located.point, located.normal].map(|[x, y, z]| Vector::new(x[lane], y[lane], z[lane]));
+            let surface = Surface { point, above: point, below: point, error: located.error[lane], normal };
+            let inside = located.is_inside[lane];
+            out(self.place[lane], if inside { surface } else { self.triangle(lane).located(self.weights(lane)).stored() });
+        }
+        self.len = 0;
+    }
+
+    #[inline(always)]
+    fn triangle(&self, lane: usize) -> Triangle<R> {
+        Triangle { vertices: self.corners.map(|[x, y, z]| Vector::new(x[lane], y[lane], z[lane])) }
+    }
+
+    #[inline(always)]
+    fn weights(&self, lane: usize) -> [f64; 2] {
+        self.weights.map(|weight| weight[lane].to_f64())
+    }
+}
+
+/// Surfaces of triangles in columns, stored, and whether they are that: what is near a border is not.
+struct LocatedLanes<R> {
+    point: [[R; LANES]; 3],
+    normal: [[R; LANES]; 3],
+    error: [R; LANES],
+    is_inside: [bool; LANES],
+}
+
+struct LocateTriangles<'a, R: Real>(&'a HitLanes<R>);
+
+impl<R: Real> Loops for LocateTriangles<'_, R> {
+    type Output = LocatedLanes<R>;
+    #[inline(always)]
+    fn run(self) -> LocatedLanes<R> {
+        let none = [R::ZERO; LANES];
+        let mut out = LocatedLanes { point: [none; 3], normal: [none; 3], error: none, is_inside: [false; LANES] };
+        for lane in 0..LANES {
+            let corner = |k: usize| {
+                let [x, y, z] = &self.0.corners[k];
+                DVec3::new(x[lane].to_f64(), y[lane].to_f64(), z[lane].to_f64())
+            };
+            let (point, is_inside) = Triangle::<R>::located_inside([corner(0), corner(1), corner(2)], self.0.weights(lane));
+            let surface = point.stored::<R>();
+            for ([x, y, z], v) in [(&mut out.point, surface.point), (&mut out.normal, surface.normal)] {
+                (x[lane], y[lane], z[lane]) = (v.x(), v.y(), v.z());
+            }
+            out.error[lane] = surface.error;
+            out.is_inside[lane] = is_inside;
+        }
+        out
     }
 }
 

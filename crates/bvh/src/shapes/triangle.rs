@@ -48,6 +48,19 @@ impl<R: Real> Triangle<R> {
         let error = corner_slack(scale, longest, inverse);
         SurfacePoint::new(a + ab * u + ac * v, normal * inverse, error)
     }
+
+    /// The surface at the weights of the second and third corner, moved off the border.
+    #[inline(always)]
+    pub(crate) fn located(&self, weights: [f64; 2]) -> SurfacePoint {
+        let corners = self.vertices.map(Vector::to_f64);
+        Self::at(corners, inside::<R>(corners, weights))
+    }
+
+    /// The same without a branch, for several side by side: it is the surface where the weights are off the border as they are, which is told.
+    #[inline(always)]
+    pub(crate) fn located_inside(corners: [DVec3; 3], weights: [f64; 2]) -> (SurfacePoint, bool) {
+        (Self::at(corners, weights), Border::new::<R>(corners, weights).is_far())
+    }
 }
 
 impl<R: Real> Shape<R> for Triangle<R> {
@@ -93,18 +106,12 @@ impl<R: Real> Shape<R> for Triangle<R> {
 /// starts at an inner edge of a closed mesh then starts on the inner side of *both* faces there.
 #[inline(always)]
 fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
-    let least = u.min(v).min(1.0 - u - v);
-    let (ab, ac, bc) = (b - a, c - a, c - b);
-    let normal = ab.cross(ac);
-    let reach = a.abs().max(b.abs()).max(c.abs()).max_element() * R::ROUNDOFF.to_f64();
-    // A weight is a distance from an edge over the height above it, and no height is below twice the area over the longest
-    // edge. Compared in squares: there is a root to take only near the border.
-    let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
-    let margin = reach * reach * 64.0 * longest;
-    let area = normal.dot(normal);
-    if least * least.abs() * area >= margin {
+    let border = Border::new::<R>([a, b, c], [u, v]);
+    if border.is_far() {
         return [u, v];
     }
+    let Border { least, reach, margin, area } = border;
+    let (ab, ac) = (b - a, c - a);
     // Mixed with the centroid so far that the least weight becomes the margin, but moved by no more than a few roundings:
     // a needle stays a needle.
     let third = 1.0 / 3.0;
@@ -113,6 +120,35 @@ fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     #[expect(clippy::manual_clamp, reason = "of a way of no length, NaN, nothing is left; a clamp would keep it")]
     let share = share.min(reach * 16.0 / way).max(0.0).min(1.0);
     [u + (third - u) * share, v + (third - v) * share]
+}
+
+/// How near a point of a triangle is to its border.
+struct Border {
+    /// The least of the three weights.
+    least: f64,
+    /// What rounding may move the point by, in each axis.
+    reach: f64,
+    /// The least distance, times the longest edge, and twice the area; both squared.
+    margin: f64,
+    area: f64,
+}
+
+impl Border {
+    #[inline(always)]
+    fn new<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> Self {
+        let (ab, ac, bc) = (b - a, c - a, c - b);
+        let normal = ab.cross(ac);
+        let reach = a.abs().max(b.abs()).max(c.abs()).max_element() * R::ROUNDOFF.to_f64();
+        let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
+        Self { least: u.min(v).min(1.0 - u - v), reach, margin: reach * reach * 64.0 * longest, area: normal.dot(normal) }
+    }
+
+    /// Whether it is farther than the margin. A weight is a distance from an edge over the height above it, and no height is below twice the
+    /// area over the longest edge. Compared in squares: there is a root to take only near the border.
+    #[inline(always)]
+    fn is_far(&self) -> bool {
+        self.least * self.least.abs() * self.area >= self.margin
+    }
 }
 
 impl<R: Real> SampleArea<R> for Triangle<R> {

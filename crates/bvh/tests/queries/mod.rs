@@ -6,8 +6,8 @@ mod objects;
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, GeometryError, Interval, Occlusion, PrimitiveSet, Ray, Real, Side, TraversalStats,
-    Visibility,
+    AcceleratorKind, BuildQuality, Geometry, GeometryError, Hit, Interval, Occlusion, PrimitiveSet, Ray, Real, Side, Surface,
+    TraversalStats, Visibility,
 };
 
 use crate::split_mix::step;
@@ -30,12 +30,15 @@ impl Random {
 /// Every hit is shown to the caller.
 const ASKED: Visibility = Visibility { side: Side::Both, occlusion: Occlusion::Ask };
 
+fn corners(random: &mut Random) -> [Vec3; 3] {
+    let a = random.point();
+    [a, a + random.direction() * 2.0, a + random.direction() * 2.0]
+}
+
 fn triangles(random: &mut Random, count: usize) -> PrimitiveSet<f32> {
     let mut group = PrimitiveSet::default();
     for _ in 0..count {
-        let a = random.point();
-        let vertices = [a, a + random.direction() * 2.0, a + random.direction() * 2.0];
-        group.triangle(vertices, ASKED).unwrap();
+        group.triangle(corners(random), ASKED).unwrap();
     }
     group
 }
@@ -103,6 +106,48 @@ fn tree_equals_scan() {
             }
         }
     }
+}
+
+/// Protects: surfaces that are found of many hits together have the bits of those found one by one, and their places, whatever the shapes
+/// and their order, for any number of hits, and on borders of triangles, where points move.
+#[test]
+fn surfaces_of_many_are_those_of_each() {
+    let geometry = Geometry::new(mixed(7, 200), AcceleratorKind::default());
+    let random = &mut Random(7);
+    // The first twenty are those of the instances.
+    let triangles: Vec<[Vec3; 3]> = (0..220).map(|_| corners(random)).skip(20).collect();
+    let mut on_borders = 0;
+    let mut aimed = || {
+        let [a, b, c] = triangles[(random.unit() * 200.0) as usize];
+        let (u, v) = match (random.unit() * 4.0) as u32 {
+            0 => (0.0, 0.0),
+            1 => (random.unit(), 0.0),
+            _ => (random.unit() * 0.5, random.unit() * 0.5),
+        };
+        let target = a + (b - a) * u + (c - a) * v;
+        let origin = random.point();
+        Ray::new(origin, (target - origin).normalize())
+    };
+    let met = core::iter::from_fn(|| Some(aimed()))
+        .filter_map(|ray| Some((ray, geometry.closest(&ray, Interval::positive(), &mut ())?)));
+    let met: Vec<(Ray<f32>, Hit<f32>)> = met.take(5000).collect();
+    for count in [0, 1, 7, 8, 9, 16, 5000] {
+        let these = &met[..count];
+        let mut found = vec![None; count];
+        geometry.surfaces(these.iter().map(|(ray, hit)| (ray, hit)), |place, surface| {
+            assert!(found[place].replace(surface).is_none(), "{place} twice");
+        });
+        for ((ray, hit), surface) in these.iter().zip(found) {
+            let (surface, alone) = (surface.expect("each is told"), geometry.surface(ray, hit));
+            let bits = |s: &Surface<f32>| {
+                let vectors = [s.point, s.above, s.below, s.normal].map(|v| v.to_array().map(f32::to_bits));
+                (vectors, s.error.to_bits())
+            };
+            assert_eq!(bits(&surface), bits(&alone), "{ray:?} {hit:?}");
+            on_borders += usize::from(hit.object < 200 && hit.u.min(hit.v).min(1.0 - hit.u - hit.v) < 1e-6);
+        }
+    }
+    assert!(on_borders > 300, "{on_borders} on borders");
 }
 
 /// Protects: a ray along an axis or a face of the axes enters boxes whichever sign its zeros have, as a reflected or mapped ray may

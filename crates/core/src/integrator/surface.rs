@@ -92,11 +92,16 @@ impl<R: Real> Interaction<R> {
         at
     }
 
-    /// The same in its place, field by field, since an interaction is long and is copied wherever it is handed on.
+    /// The same in its place.
     #[inline(always)]
     pub fn begin(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
-        let ray = &leg.ray;
-        self.surface = scene.geometry.surface(ray, hit);
+        self.surface = scene.geometry.surface(&leg.ray, hit);
+        self.begin_located(scene, &leg.ray, hit);
+    }
+
+    /// The same where the surface is known: field by field, since an interaction is long and is copied wherever it is handed on.
+    #[inline(always)]
+    pub fn begin_located(&mut self, scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) {
         self.object = hit.outermost();
         self.material = scene.objects[self.object as usize].material;
         self.normal = self.surface.normal;

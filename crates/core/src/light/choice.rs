@@ -65,17 +65,32 @@ impl LightChoice {
     /// The light for a pair of numbers in [0, 1) and the probability of drawing it, for a point of a surface with a unit normal on
     /// the side that is lit, or zero where both are; none where what was drawn can send nothing there. Both numbers, because one of f32 has steps of 2⁻²³.
     #[inline]
-    pub fn draw<R: Real>(&self, from: R::Vec3, normal: R::Vec3, [coarse, fine]: [f32; 2]) -> Option<(LightId, f64)> {
+    pub fn draw<R: Real>(&self, from: R::Vec3, normal: R::Vec3, numbers: [f32; 2]) -> Option<(LightId, f64)> {
+        let [drawn] = self.draw_each::<R, 1>([Some((from, normal, numbers))]);
+        drawn
+    }
+
+    /// [`Self::draw`] for several points, in less time than for each; none for one that is none.
+    #[inline]
+    pub fn draw_each<R: Real, const N: usize>(
+        &self,
+        points: [Option<(R::Vec3, R::Vec3, [f32; 2])>; N],
+    ) -> [Option<(LightId, f64)>; N] {
         const STEP: f64 = 1.0 / (1 << 23) as f64;
-        let u = f64::from(coarse) + f64::from(fine) * STEP;
-        if u < self.far_share {
-            let (index, probability, _) = pick(&self.far_shares, u / self.far_share);
-            return Some((self.far[index], probability * self.far_share));
-        }
         let near_share = 1.0 - self.far_share;
-        let (light, probability) =
-            self.tree.draw(&Receiver { at: from.to_f64(), normal: normal.to_f64() }, (u - self.far_share) / near_share)?;
-        Some((light, probability * near_share))
+        let (mut drawn, mut near) = ([None; N], [None; N]);
+        for (i, point) in points.into_iter().enumerate() {
+            let Some((from, normal, [coarse, fine])) = point else { continue };
+            let u = f64::from(coarse) + f64::from(fine) * STEP;
+            if u < self.far_share {
+                let (index, probability, _) = pick(&self.far_shares, u / self.far_share);
+                drawn[i] = Some((self.far[index], probability * self.far_share));
+            } else {
+                near[i] = Some((Receiver { at: from.to_f64(), normal: normal.to_f64() }, (u - self.far_share) / near_share));
+            }
+        }
+        let near = self.tree.draw(&near);
+        core::array::from_fn(|i| drawn[i].or(near[i].map(|(light, probability)| (light, probability * near_share))))
     }
 
     /// The probability with which [`LightChoice::draw`] draws a light from there.

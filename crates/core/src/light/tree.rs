@@ -106,40 +106,68 @@ impl LightTree {
         nodes.saturating_mul(size_of::<LightNode>() as u64)
     }
 
-    /// A light for a number in [0, 1), and its probability; none where none sends anything.
-    pub fn draw(&self, receiver: &Receiver, u: f64) -> Option<(LightId, f64)> {
-        match self.top? {
-            Content::Light(light) => Some((light, 1.0)),
-            Content::Inner(_) => widest(Draw { tree: self, receiver, u }),
+    /// A light for each point and its number in [0, 1), and the light's probability; none where none sends anything.
+    pub fn draw<const N: usize>(&self, points: &[Option<(Receiver, f64)>; N]) -> [Option<(LightId, f64)>; N] {
+        match self.top {
+            Some(Content::Inner(_)) => widest(Draw { tree: self, points }),
+            Some(Content::Light(light)) => points.map(|point| point.map(|_| (light, 1.0))),
+            None => [None; N],
         }
     }
 
+    /// The node that is in a place; none where a light is, or nothing.
     #[inline(always)]
-    fn drawn(&self, receiver: &Receiver, mut u: f64) -> Option<(LightId, f64)> {
-        let (mut content, mut probability) = (self.top?, 1.0);
+    fn node(&self, content: Content) -> Option<&LightNode> {
+        match content {
+            Content::Inner(index) => self.nodes.get(index as usize),
+            Content::Light(_) => None,
+        }
+    }
+
+    /// Level by level, each step of all points: what one waits for, roots and quotients and its node, the others do not.
+    #[inline(always)]
+    fn drawn<const N: usize>(&self, points: &[Option<(Receiver, f64)>; N]) -> [Option<(LightId, f64)>; N] {
+        let nothing = Content::Inner(Self::NONE);
+        let top = self.top.unwrap_or(nothing);
+        let mut content = points.map(|point| if point.is_some() { top } else { nothing });
+        let mut u = points.map(|point| point.map_or(0.0, |(_, u)| u));
+        let mut probability = [1.0; N];
+        let mut importances = [[0.0; WIDTH]; N];
         loop {
-            let node = match content {
-                Content::Light(light) => return Some((light, probability)),
-                Content::Inner(index) => &self.nodes[index as usize],
-            };
-            let importances = node.importances(receiver);
-            let sums = running(&importances);
-            let total = sums[WIDTH];
-            // Also for what is no number.
-            if !(total > 0.0 && total.is_finite()) {
-                return None;
+            let mut some = false;
+            for i in 0..N {
+                if let (Some(node), Some((receiver, _))) = (self.node(content[i]), &points[i]) {
+                    importances[i] = node.importances(receiver);
+                    some = true;
+                }
             }
-            let at = u * total;
-            // A number below one times the sum is below the sum, so that this is a group with importance. Counted, not looked for: a
-            // processor guesses wrongly where a search ends.
-            let mut lane = 0;
-            for &sum in &sums[1..WIDTH] {
-                lane += usize::from(sum <= at);
+            if !some {
+                return core::array::from_fn(|i| match content[i] {
+                    Content::Light(light) => Some((light, probability[i])),
+                    Content::Inner(_) => None,
+                });
             }
-            let importance = f64::from(importances[lane]);
-            u = Real::clamp((at - sums[lane]) / importance, 0.0, BELOW_ONE);
-            probability *= importance / total;
-            content = node.content[lane];
+            for i in 0..N {
+                let Some(node) = self.node(content[i]) else { continue };
+                let sums = running(&importances[i]);
+                let total = sums[WIDTH];
+                // Also for what is no number.
+                if !(total > 0.0 && total.is_finite()) {
+                    content[i] = nothing;
+                    continue;
+                }
+                let at = u[i] * total;
+                // A number below one times the sum is below the sum, so that this is a group with importance. Counted, not looked for: a
+                // processor guesses wrongly where a search ends.
+                let mut lane = 0;
+                for &sum in &sums[1..WIDTH] {
+                    lane += usize::from(sum <= at);
+                }
+                let importance = f64::from(importances[i][lane]);
+                u[i] = Real::clamp((at - sums[lane]) / importance, 0.0, BELOW_ONE);
+                probability[i] *= importance / total;
+                content[i] = node.content[lane];
+            }
         }
     }
 
@@ -162,17 +190,16 @@ impl LightTree {
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// [`LightTree::draw`], for wide registers.
-struct Draw<'a> {
+struct Draw<'a, const N: usize> {
     tree: &'a LightTree,
-    receiver: &'a Receiver,
-    u: f64,
+    points: &'a [Option<(Receiver, f64)>; N],
 }
 
-impl Loops for Draw<'_> {
-    type Output = Option<(LightId, f64)>;
+impl<const N: usize> Loops for Draw<'_, N> {
+    type Output = [Option<(LightId, f64)>; N];
     #[inline(always)]
     fn run(self) -> Self::Output {
-        self.tree.drawn(self.receiver, self.u)
+        self.tree.drawn(self.points)
     }
 }
 

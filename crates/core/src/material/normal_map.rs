@@ -1,7 +1,7 @@
 //! Shading normals by which nothing that is reflected goes below the surface, as images and interpolation alone would have it.
 
 use super::frame::Frame;
-use crate::number::{Number, Vector3};
+use crate::number::{Mask, Number, Vector3};
 
 /// What an image says of a normal, where a ray meets a surface.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +58,10 @@ pub fn reflecting_above<N: Number>(n: N::Vec3, geometric: N::Vec3, outside: N::M
     let height = N::from_f64(-2.0) * d.dot(n) * rise - own;
     let least = (own * N::from_f64(0.9)).min(N::from_f64(LEAST_HEIGHT));
     let kept = !least.above(height) & rise.above(N::ZERO);
+    // Nearly every normal is, and what follows is a row of roots that wait for each other.
+    if !(!kept).any() {
+        return n;
+    }
     let half = least * N::from_f64(0.5);
     let lifted = half + half * half / (half + least - height.min(least));
     // Along the normal from the mirror direction to that height, and there along the surface; times the rise, which may be none.

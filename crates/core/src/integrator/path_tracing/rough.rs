@@ -1,6 +1,7 @@
 //! Vertices on common surfaces, rough and opaque without layers, by far the most of real models: their normals, points of lamps, responses to
 //! light and next directions are computed several at a time. Shadow rays go one by one between.
 
+use core::array::from_fn;
 use core::f64::consts::PI;
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector, widest};
@@ -153,9 +154,17 @@ impl<R: Real> PathTracer<'_, R> {
     ) {
         chosen.clear();
         for vertices in &*vertices {
-            chosen.extend(vertices.place[..vertices.len].iter().map(|&place| {
-                let (path, at) = bounce.of(place);
-                self.choose_light(path, at, at.normal)
+            let numbers = |lane: usize| bounce.of(vertices.place[lane]).0.draws.light;
+            let point = |lane: usize| vertices.surface.lane(lane).point;
+            let drawn = self.scene.lights.choice().draw_each::<R, LANES>(from_fn(|lane| {
+                (lane < vertices.len).then(|| {
+                    let [coarse, fine, ..] = numbers(lane);
+                    (point(lane), vector::<R>(&vertices.normal, lane), [coarse, fine])
+                })
+            }));
+            chosen.extend((0..vertices.len).map(|lane| {
+                let ([.., u, v], (light, probability)) = (numbers(lane), drawn[lane]?);
+                Some(ChosenLight { light, probability, from: point(lane), position: [u, v] })
             }));
         }
         self.scene.lights.sample_each(chosen, lights);

@@ -111,9 +111,12 @@ impl<R: Real> PathTracer<'_, R> {
         if met.len() < going.len() {
             met.resize(going.len(), Interaction::NOWHERE);
         }
-        for ((&place, hit), at) in going.iter().zip(&*hits).zip(met) {
-            let (leg, Some(hit)) = (&paths[place as usize].leg, hit) else { continue };
-            at.begin(self.scene, leg, hit);
+        let hits = hits.iter().flatten();
+        let rays = going.iter().map(|&place| &paths[place as usize].leg.ray);
+        self.scene.geometry.surfaces(rays.zip(hits.clone()), |k, surface| met[k].surface = surface);
+        for ((&place, hit), at) in going.iter().zip(hits).zip(met) {
+            let leg = &paths[place as usize].leg;
+            at.begin_located(self.scene, &leg.ray, hit);
             at.finish::<General>(self.scene, leg, hit);
             self.scene.sources.prefetch(at);
         }

@@ -69,7 +69,7 @@ fn both_ways_say_the_same_bits() {
         for i in 0..4_000 {
             let receiver = receiver(i);
             let u = [0.0, number(i + 9_000_000), number(i + 9_000_000), 1.0_f64.next_down()][(i / 4 % 4) as usize];
-            let Some((light, probability)) = tree.draw(&receiver, u) else { continue };
+            let [Some((light, probability))] = tree.draw(&[Some((receiver, u))]) else { continue };
             let said = tree.probability(places[index(light)], &receiver);
             assert_eq!(probability.to_bits(), said.to_bits(), "{count}: {probability} and {said}");
             assert!(probability > 0.0 && probability <= 1.0, "{count}: {probability}");
@@ -78,9 +78,36 @@ fn both_ways_say_the_same_bits() {
         assert!(drawn > 1_000 && (count > 1 || drawn == 4_000), "{count}: drew {drawn}");
     }
     let (nowhere, places) = tree((0..20).map(|_| (round(DVec3::NAN, 0.0), 1.0)));
-    assert!(nowhere.depth() <= 64 && nowhere.draw(&receiver(0), 0.5).is_none() && !places.contains(&LightTree::NONE));
+    assert!(nowhere.depth() <= 64 && nowhere.draw(&[Some((receiver(0), 0.5))]) == [None] && !places.contains(&LightTree::NONE));
     assert_eq!((LightTree::bytes_of(0), LightTree::bytes_of(1)), (0, 0));
     assert_eq!(tree(core::iter::empty()).0.probability(LightTree::NONE, &receiver(0)), 0.0);
+}
+
+/// Protects: points that draw together draw what each draws alone, to the bit, whichever of them are there, also where some are done levels
+/// before others, and where one finds nothing.
+#[test]
+fn points_together_draw_as_each_alone() {
+    const N: u64 = 8;
+    for count in [0, 1, 2, 8, 9, 65, 5_000] {
+        let (tree, _) = tree((0..count).map(mixed));
+        let (mut found, mut nothing) = (0, 0);
+        for i in 0..500 {
+            let points: [Option<(Receiver, f64)>; N as usize] = core::array::from_fn(|lane| {
+                let i = N * i + lane as u64;
+                (!i.is_multiple_of(5)).then(|| (receiver(i), number(i + 9_000_000)))
+            });
+            for (point, together) in points.iter().zip(tree.draw(&points)) {
+                let [alone] = tree.draw(&[*point]);
+                let bits = |drawn: Option<(LightId, f64)>| drawn.map(|(light, probability)| (light, probability.to_bits()));
+                assert_eq!(bits(together), bits(alone), "{count}: {point:?}");
+                assert!(point.is_some() || together.is_none());
+                found += usize::from(together.is_some());
+                nothing += usize::from(point.is_some() && together.is_none());
+            }
+        }
+        assert!(count == 0 || found > 1_000, "{count}: {found}");
+        assert!(count < 2 || count > 100 || nothing > 0, "{count}: each finds a light");
+    }
 }
 
 /// Protects: where all lights can be drawn, their probabilities sum to one: however many, at one place, so near and so far that f32 holds
@@ -124,7 +151,7 @@ fn draws_follow_the_probabilities() {
         for from in [receiver(1), receiver(2), receiver(4)] {
             let mut found = vec![0.0; places.len() + 1];
             for i in 0..DRAWN {
-                let drawn = tree.draw(&from, number(i + 11_000_000));
+                let [drawn] = tree.draw(&[Some((from, number(i + 11_000_000)))]);
                 found[drawn.map_or(places.len(), |(light, _)| index(light))] += 1.0;
             }
             let mut said: Vec<f64> = places.iter().map(|&place| tree.probability(place, &from)).collect();
