@@ -190,6 +190,12 @@ impl<N: Number> MetallicRoughness<N> {
         Bsdf::of_kind(normal).with(diffuse).with(Lobe::Rough { f0, f90: N::Vec3::splat(f90), roughness: self.roughness })
     }
 
+    /// Whether it reflects nothing, as a boundary without reflectance over no metal: then its diffuse lobe has all that it sends.
+    #[inline(always)]
+    pub fn is_matte(&self) -> N::Mask {
+        !(self.metallic.above(N::ZERO) | self.dielectric.above(N::ZERO) | self.grazing.above(N::ZERO))
+    }
+
     /// Whether that is what it is, lane by lane.
     #[inline(always)]
     pub fn is_rough(&self) -> N::Mask {

@@ -100,7 +100,9 @@ impl<R: Real> PathTracer<'_, R> {
         if self.nests() && is_physical {
             self.immersed(path, at, &here, &mut model);
         }
-        let (lanes, index) = if is_physical { vertices.glossy.open() } else { vertices.matte.open() };
+        // Normals are bent among the glossy ones.
+        let is_matte = model.is_matte() && bump.is_none();
+        let (lanes, index) = if is_matte { vertices.matte.open() } else { vertices.glossy.open() };
         if let Some(bump) = bump {
             vertices.bent.push((index * LANES + lanes.len, at.normal_map(bump, scene, &path.leg, hit)));
         }

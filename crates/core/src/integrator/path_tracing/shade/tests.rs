@@ -130,6 +130,33 @@ fn lights_are_sent_back_in_closed_form() {
     close(sent(2), arriving * albedos[0] * 0.6);
 }
 
+/// Protects: a surface of the physical kind that reflects nothing is shaded with matte ones to the bit: the lobe of its facets, without
+/// reflectance, has no share in anything, whatever its roughness.
+#[test]
+fn what_reflects_nothing_is_matte() {
+    let mut all = Vertices::new();
+    for lane in 0..LANES {
+        let part = (lane as f32 + 0.5) / LANES as f32;
+        let at = met(Vec3::new(part, 0.0, 0.0), Vec3::new(0.3 * part, 0.9, 0.1 - 0.2 * part).normalize());
+        let path = path(4, Vec3::new(1.0, part, 0.5), [part, 1.0 - part, 0.7 * part, 0.3]);
+        let model = MetallicRoughness { roughness: part, ..matte(Vec3::new(part, 0.5, 0.9)) };
+        let towards = Vec3::new(0.5 - part, 0.4, part).normalize();
+        let lamp = light(towards, Vec3::new(3.0, 2.0, 1.0), Density::SolidAngle(0.25), Target::Infinity);
+        assert!(model.is_matte());
+        all.push((&path, &at), (&model, 1.0), Some((&lamp, MisStrategy::Weighed(0.25))));
+    }
+    let glossy = Shade::<f32, false> { vertices: &all.vertices, lights: &all.lights, compensated: true, reach: 70.0 }.run();
+    let matte = all.shade();
+    assert!(matte.is_lit.contains(&true) && matte.goes_on.contains(&true));
+    assert_eq!((matte.is_lit, matte.goes_on), (glossy.is_lit, glossy.goes_on));
+    let vectors =
+        |of: &ShadedLanes<f32>| [of.sent, of.origin, of.direction, of.throughput].map(|v| v.map(|axis| axis.map(f32::to_bits)));
+    assert_eq!((vectors(&matte), matte.density.map(f32::to_bits)), (vectors(&glossy), glossy.density.map(f32::to_bits)));
+    for (metallic, dielectric, grazing) in [(0.1, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.1)] {
+        assert!(!MetallicRoughness { metallic, dielectric, grazing, ..self::matte(Vec3::ONE) }.is_matte());
+    }
+}
+
 /// Protects: rays to lights leave the surface on the light's side and end before what they aim at, or go on for ever; a light without size that
 /// is infinitely far has the reach of shadows.
 #[test]
