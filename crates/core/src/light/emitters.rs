@@ -58,7 +58,8 @@ impl<R: Real> Emitters<R> {
     /// From what preparation found; empty when nothing of it gives off light.
     pub fn new(list: EmitterList<R>) -> Self {
         let powers: Vec<f64> = list.emitters.iter().map(Emitter::power).collect();
-        let lit = powers.iter().filter(|&&power| power > 0.0).count();
+        let of_quad = |i: usize| i - usize::from(list.emitters[i].is_second);
+        let lit = (0..powers.len()).filter(|&i| powers[of_quad(i)] > 0.0).count();
         if lit == 0 {
             return Self { list: EmitterList::default(), cumulative: Vec::new(), lit, strategy: Strategy::default() };
         }
@@ -82,12 +83,13 @@ impl<R: Real> Emitters<R> {
         self.cumulative.is_empty()
     }
 
-    /// The emitter that is a primitive of an object: a triangle of its mesh, or 0 for a shape. None where the object does not
-    /// light others.
+    /// The emitter that a primitive of an object belongs to: a triangle of its mesh, alone or with its other half, or 0 for a shape. None where
+    /// the object does not light others.
     pub fn of(&self, object: u32, primitive: u32) -> Option<u32> {
         let start = *self.list.first.get(object as usize)?;
         let end = self.list.first.get(object as usize + 1).map_or(self.len() as u32, |&end| end);
-        start.checked_add(primitive).filter(|&index| index < end)
+        let index = start.checked_add(primitive).filter(|&index| index < end)?;
+        Some(index - u32::from(self.list.emitters[index as usize].is_second))
     }
 
     /// The emitters of each object that has any.

@@ -109,9 +109,9 @@ impl LightTree {
     /// A light for each point and its number in [0, 1), and the light's probability; none where none sends anything.
     pub fn draw<const N: usize>(&self, points: &[Option<(Receiver, f64)>; N]) -> [Option<(LightId, f64)>; N] {
         match self.top {
-            Some(Content::Inner(_)) => widest(Draw { tree: self, points }),
+            Some(Content::Inner(_)) if points.iter().any(Option::is_some) => widest(Draw { tree: self, points }),
             Some(Content::Light(light)) => points.map(|point| point.map(|_| (light, 1.0))),
-            None => [None; N],
+            _ => [None; N],
         }
     }
 

@@ -52,6 +52,8 @@ pub(in crate::light) struct Emitter<R: Real> {
     pub cells: Option<Cells>,
     /// The plane of a triangle or quad that is under no map.
     pub plane: Option<EmitterPlane>,
+    /// Whether it is the second half of the quad before it, which has its light.
+    pub is_second: bool,
 }
 
 impl<R: Real> Emitter<R> {
@@ -159,8 +161,17 @@ impl<R: Real> EmitterList<R> {
             area,
             cells: None,
             plane,
+            is_second: false,
         });
         area
+    }
+
+    /// Adds the next two triangles of a mesh, which are the halves of a quad and give off the same everywhere: one light, drawn from as a whole.
+    pub fn halves(&mut self, quad: Quad<R>, radiance: R::Vec3, side: Side) {
+        self.plain(AnyShape::Quad(quad), EmissionEstimate::even(radiance), side, None);
+        if let Some(&first) = self.emitters.last() {
+            self.emitters.push(Emitter { area: 0.0, is_second: true, ..first });
+        }
     }
 
     /// Adds the next triangle of a mesh whose emission varies, from what it gives off in the middles of cells of the square that is folded onto
@@ -180,7 +191,7 @@ impl<R: Real> EmitterList<R> {
         let area = area.unwrap_or_else(|| finite(placed.area()));
         let form = EmitterShape::Placed(self.placed.len() as u32);
         self.placed.push(placed);
-        self.emitters.push(Emitter { form, radiance, varies, passable, side, area, cells: None, plane: None });
+        self.emitters.push(Emitter { form, radiance, varies, passable, side, area, cells: None, plane: None, is_second: false });
         area
     }
 }

@@ -6,8 +6,7 @@ use crate::affine::affine;
 use crate::effects::EffectSet;
 use crate::generate::expand;
 use crate::hash::mix;
-use crate::light::Emitters;
-use crate::light::Target;
+use crate::light::{Density, Emitters, Target};
 use crate::prepare::Prepared;
 use crate::prepare::build_geometry;
 use crate::scene::Integrator;
@@ -100,8 +99,70 @@ fn a_hit_finds_its_emitter() {
         assert!(emitters.probability(index) > 0.0);
         seen.push(index);
     }
-    assert_eq!(seen, [1, 2, 3, 5, 6, 8, 9]);
+    // Two triangles that are halves of a quad are the first one's.
+    assert_eq!(seen, [1, 1, 3, 5, 5, 8, 8]);
     assert_eq!((emitter_at(0.5, 0.5).0, emitter_at(8.5, 0.3).0, emitters.of(99, 0), emitters.of(2, 1)), (None, None, None, None));
+}
+
+/// A mesh of two triangles that glow, under a scale along z.
+fn pair(positions: [[f32; 3]; 4], indices: [[u32; 3]; 2], sign: f64) -> Emitters<f32> {
+    let mesh = json!({ "name": "pair", "source": { "inline": { "positions": positions, "indices": indices } } });
+    let glow = json!({ "name": "glow", "model": { "classic": { "local": 0, "emission": 1 } } });
+    let object = json!({ "shape": { "mesh": "pair" }, "material": "glow", "transform": [{ "scale": [1, 1, sign] }] });
+    let scene = json!({ "format": 1, "materials": [glow], "meshes": [mesh], "objects": [object] });
+    found(&serde_json::from_value(scene).expect("a scene"))
+}
+
+/// Protects: two triangles that are the halves of a parallelogram are one light, with the numbers of the quad of these corners, from whichever
+/// corners they are listed; both hits lead to it. Others stay two: a trapezoid, what is bent, one triangle twice, and halves that face
+/// opposite sides.
+#[test]
+fn halves_of_a_quad_are_one_light() {
+    let slanted = [[0.1, 2.0, -0.5], [1.1, 2.5, -0.5], [1.35, 2.5, 1.5], [0.35, 2.0, 1.5]];
+    let glow = json!({ "name": "glow", "model": { "classic": { "local": 0, "emission": 1 } } });
+    let quad = json!({ "shape": { "quad": { "corner": slanted[0], "edge_u": [1.0, 0.5, 0.0], "edge_v": [0.25, 0.0, 2.0] } },
+        "material": "glow" });
+    let whole = found(&serde_json::from_value(json!({ "format": 1, "materials": [glow], "objects": [quad] })).expect("a scene"));
+    let from = glam::Vec3::new(0.4, 0.0, 0.3);
+    let sample = |emitters: &Emitters<f32>, u: [f32; 2]| {
+        let sample = emitters.sample(0, from, u, 0.5).map(|sample| (sample.direction, sample.arriving, sample.density));
+        sample.expect("it is seen")
+    };
+    for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+        let mut indices = [[0, 1, 2], [0, 2, 3]];
+        indices[0].rotate_left(i);
+        indices[1].rotate_left(j);
+        let halves = pair(slanted, indices, 1.0);
+        assert_eq!(
+            (halves.len(), halves.lit(), halves.of(0, 0), halves.of(0, 1), halves.of(0, 2)),
+            (2, 2, Some(0), Some(0), None)
+        );
+        assert!((halves.power(0) / whole.power(0) - 1.0).abs() < 1e-6 && halves.power(1) == 0.0);
+        assert_eq!((halves.probability(0), halves.probability(1)), (1.0, 0.0));
+        for u in [[0.1, 0.2], [0.9, 0.3], [0.5, 0.999]] {
+            let ((direction, arriving, density), (there, wanted, all)) = (sample(&halves, u), sample(&whole, u));
+            assert!((direction - there).length() < 1e-6 && (arriving - wanted).length() < 1e-5 * wanted.length(), "{i} {j}");
+            let (Density::SolidAngle(density), Density::SolidAngle(all)) = (density, all) else { panic!("lamps have a size") };
+            assert!((density / all - 1.0).abs() < 1e-5, "{i} {j}: {density} and {all}");
+        }
+        let mirrored = pair(slanted, indices, -1.0);
+        assert_eq!((mirrored.of(0, 1), mirrored.power(1)), (Some(0), 0.0));
+        assert!((mirrored.power(0) / whole.power(0) - 1.0).abs() < 1e-6);
+    }
+    let (mut trapezoid, mut bent) = (slanted, slanted);
+    trapezoid[3][2] = 1.25;
+    bent[3][1] = 2.25;
+    let two = [
+        (trapezoid, [[0, 1, 2], [0, 2, 3]]),
+        (bent, [[0, 1, 2], [0, 2, 3]]),
+        (slanted, [[0, 1, 2], [0, 1, 2]]),
+        (slanted, [[0, 1, 2], [0, 3, 2]]),
+    ];
+    for (positions, indices) in two {
+        let emitters = pair(positions, indices, 1.0);
+        assert_eq!((emitters.of(0, 0), emitters.of(0, 1)), (Some(0), Some(1)), "{positions:?} {indices:?}");
+        assert!(emitters.power(0) > 0.0 && emitters.power(1) > 0.0);
+    }
 }
 
 /// A square of two triangles in the plane z = 0, whose texture coordinates are x and y, that glows in its upper right corner: a sixteenth of
