@@ -88,7 +88,7 @@ const fn differences<const COUNT: usize>(bytes: &[u8], from: usize) -> [[i16; 2]
 
 /// Between which of some steps a share lies, and how far.
 #[inline(always)]
-fn between(x: f64, steps: usize) -> (usize, f64) {
+pub(super) fn between(x: f64, steps: usize) -> (usize, f64) {
     // Also zero for what is no number.
     let x = if x > 0.0 { x.min(1.0) } else { 0.0 } * (steps - 1) as f64;
     let below = (x as usize).min(steps - 2);
@@ -209,13 +209,13 @@ impl<N: Number> Albedo<N> {
 
     /// Of anisotropic facets, towards a direction on either side.
     pub fn anisotropic(facets: &Ggx<N>, direction: N::Vec3) -> Self {
-        let (local, alpha) = (facets.frame().to_local(direction), facets.alpha());
+        let (local, alpha) = (facets.frame().to_local(direction), facets.alpha);
         Self::of(|lane| look_up_anisotropic(&TABLE, local.lane(lane), alpha.map(|alpha| alpha.lane(lane))))
     }
 
     /// The same in the mean over the hemisphere.
     pub fn anisotropic_mean(facets: &Ggx<N>) -> Self {
-        Self::of(|lane| look_up_anisotropic_mean(&TABLE, facets.alpha().map(|alpha| alpha.lane(lane))))
+        Self::of(|lane| look_up_anisotropic_mean(&TABLE, facets.alpha.map(|alpha| alpha.lane(lane))))
     }
 
     /// One where a mask is set, and the other elsewhere.

@@ -115,28 +115,21 @@ impl<N: Number> LobeKind<N> for DiffuseBase<N> {
         self.both
     }
 
-    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
-        let [base, lost] = self.top.factors(pair);
-        (self.back * base + self.interreflected * lost) / N::from_f64(PI)
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        let ([base, lost], pi) = (self.top.factors(pair), N::from_f64(PI));
+        ((self.back * base + self.interreflected * lost) / pi, self.back_share() * pair.into / pi)
     }
 
     fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
         self.back * (self.top.factors(pair)[0] / N::from_f64(PI))
     }
 
-    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         if !self.both {
-            return N::Vec3::ZERO;
+            return (N::Vec3::ZERO, N::ZERO);
         }
-        self.through * (self.top.factors(pair)[0] / N::from_f64(PI))
-    }
-
-    fn pdf(&self, pair: &Pair<N>) -> N {
-        self.back_share() * pair.into / N::from_f64(PI)
-    }
-
-    fn pdf_through(&self, pair: &Pair<N>) -> N {
-        (N::ONE - self.back_share()) * -pair.into / N::from_f64(PI)
+        let pi = N::from_f64(PI);
+        (self.through * (self.top.factors(pair)[0] / pi), (N::ONE - self.back_share()) * -pair.into / pi)
     }
 
     fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {

@@ -87,20 +87,22 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.lobes().iter().all(L::is_delta)
     }
 
+    /// Sums over the lobes of values, and of densities by importance.
     #[inline(always)]
-    fn sum(&self, wo: N::Vec3, wi: N::Vec3, value: impl Fn(&L, &Pair<N>) -> N::Vec3) -> N::Vec3 {
-        let pair = Pair::new(self.normal, wo, wi);
-        let mut sum = N::Vec3::ZERO;
-        for lobe in self.lobes() {
-            sum += value(lobe, &pair);
+    fn sum(&self, pair: &Pair<N>, importances: &[N; MOST], of: impl Fn(&L, &Pair<N>) -> (N::Vec3, N)) -> (N::Vec3, N) {
+        let (mut value, mut sum) = (N::Vec3::ZERO, N::ZERO);
+        for (lobe, &importance) in self.lobes().iter().zip(importances) {
+            let (own, density) = of(lobe, pair);
+            value += own;
+            sum = sum + importance * density;
         }
-        sum
+        (value, sum)
     }
 
     /// Bidirectional reflectance from `wi`, which is above the surface, to `wo`; of delta lobes nothing.
     #[inline(always)]
     pub fn eval(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(wo, wi, L::eval)
+        self.sum(&Pair::new(self.normal, wo, wi), &[N::ZERO; MOST], L::eval_and_pdf).0
     }
 
     /// Whether some lobe lets light through that could have been drawn.
@@ -109,23 +111,11 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.lobes().iter().any(L::lets_through)
     }
 
-    /// [`Self::eval`] for a light on any side of the surface.
-    #[inline(always)]
-    pub fn eval_either(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        let above = self.normal.dot(wi).above(N::ZERO);
-        let pair = Pair::new(self.normal, wo, wi);
-        let (mut over, mut under) = (N::Vec3::ZERO, N::Vec3::ZERO);
-        for lobe in self.lobes() {
-            over += lobe.eval(&pair);
-            under += lobe.eval_through(&pair);
-        }
-        N::Vec3::select(above, over, under)
-    }
-
     /// [`Self::eval`] of what is diffused alone, for a light that makes no highlights.
     #[inline(always)]
     pub fn eval_diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(wo, wi, L::eval_diffuse)
+        let diffuse = |lobe: &L, pair: &Pair<N>| (lobe.eval_diffuse(pair), N::ZERO);
+        self.sum(&Pair::new(self.normal, wo, wi), &[N::ZERO; MOST], diffuse).0
     }
 
     /// What the choice among lobes goes by, of each of them, and the sum.
@@ -145,7 +135,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.eval_and_pdf(wo, wi).1
     }
 
-    /// [`Self::eval`] and [`Self::pdf`] together, which share most of what they compute.
+    /// [`Self::eval`] and [`Self::pdf`] together, which share most of what they compute; of what lets light through, for a light on
+    /// any side of the surface.
     #[inline(always)]
     pub fn eval_and_pdf(&self, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
         let cosine = self.normal.dot(wo);
@@ -155,20 +146,15 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     #[inline(always)]
     fn eval_and_pdf_by(&self, (importances, total): &([N; MOST], N), cosine: N, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
         let (pair, zero) = (Pair::new(self.normal, wo, wi), N::ZERO);
-        let (mut value, mut sum) = (N::Vec3::ZERO, zero);
-        for (lobe, &importance) in self.lobes().iter().zip(importances) {
-            let (own, density) = lobe.eval_and_pdf(&pair);
-            value += own;
-            sum = sum + importance * density;
-        }
+        let (value, sum) = self.sum(&pair, importances, L::eval_and_pdf);
         let (able, above) = (cosine.above(zero) & total.above(zero), self.normal.dot(wi).above(zero));
         let over = N::select(able & above, sum / *total, zero);
         if !self.lets_through() {
             return (value, over);
         }
-        let through = self.lobes().iter().zip(importances).map(|(lobe, &importance)| importance * lobe.pdf_through(&pair));
-        let sum = through.fold(zero, |sum, part| sum + part);
-        (value, N::select(able & zero.above(self.normal.dot(wi)), sum / *total, over))
+        let (through, sum) = self.sum(&pair, importances, L::eval_and_pdf_through);
+        let below = zero.above(self.normal.dot(wi));
+        (N::Vec3::select(below, through, value), N::select(able & below, sum / *total, over))
     }
 
     /// A direction for three numbers in [0, 1), of which the first chooses the lobe. Drawn in a frame about its normal.
@@ -211,7 +197,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         let mut weight = value * (facing / density);
         if self.lets_through() {
             let below = density.above(N::ZERO) & N::ZERO.above(facing) & !out.delta;
-            weight = N::Vec3::select(below, self.eval_either(wo, out.direction) * (-facing / density), weight);
+            weight = N::Vec3::select(below, -weight, weight);
             sent = sent | below;
         }
         let some = out.some | sent;

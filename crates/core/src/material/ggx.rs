@@ -20,11 +20,11 @@ pub(super) fn alpha<N: Number>(roughness: N) -> N {
 /// Facets about a normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx<N: Number> {
-    normal: N::Vec3,
+    pub(super) normal: N::Vec3,
     /// Unit, across the normal and each other; none: facets are as rough along any.
     axes: Option<[N::Vec3; 2]>,
     /// α along the axes.
-    alpha: [N; 2],
+    pub(super) alpha: [N; 2],
 }
 
 impl<N: Number> Ggx<N> {
@@ -47,16 +47,6 @@ impl<N: Number> Ggx<N> {
     /// Perceptual roughness of isotropic facets about as rough.
     pub fn roughness(&self) -> N {
         (self.alpha[0] * self.alpha[1]).sqrt().sqrt()
-    }
-
-    /// α along the axes.
-    pub(super) fn alpha(&self) -> [N; 2] {
-        self.alpha
-    }
-
-    /// The normal that they lie about.
-    pub fn normal(&self) -> N::Vec3 {
-        self.normal
     }
 
     /// The frame of the axes, any where there are none.

@@ -8,7 +8,7 @@ use super::film::Film;
 use super::fresnel::{FresnelRule, conductor};
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use super::glass_layer::{LayeredDielectric, ThinDielectric, Tinted};
-use super::layer::{COAT, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe, Mirror};
+use super::layer::{COAT, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe};
 use super::metallic_roughness::{Glass, MetallicRoughness};
 use super::reflectance::Reflectance;
 use super::sheen::Sheen;
@@ -273,11 +273,10 @@ impl<N: Number> LayeredBuilder<'_, N> {
     /// Facets where they are rough, a mirror where they are not.
     fn facets(&mut self, facets: Ggx<N>, reflectance: Reflectance<N>, roughness: N) {
         let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
-        if rough.any() {
-            self.push(LayerLobe::Ggx(GgxLobe { facets, reflectance: reflectance.masked(rough) }));
-        }
-        if (!rough).any() {
-            self.push(LayerLobe::Mirror(Mirror { normal: facets.normal(), reflectance: reflectance.masked(!rough) }));
+        for (of, smooth) in [(rough, false), (!rough, true)] {
+            if of.any() {
+                self.push(LayerLobe::Ggx(GgxLobe { facets, smooth, reflectance: reflectance.masked(of) }));
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::respond::{LightDirection, respond};
+use super::respond::respond;
 use super::scatter::Scattering;
 use super::{PathState, PathTracer, classic};
 use crate::interaction::Interaction;
@@ -125,8 +125,7 @@ impl<R: Real> PathTracer<'_, R> {
         if !bsdf.is_delta()
             && let Some(query) = self.query(path, at, bsdf.normal(), bsdf.lets_through())
         {
-            let (direction, through, dull) = (query.seen.direction, query.through, query.strategy.is_dull());
-            let response = respond(bsdf, -at.direction, LightDirection { direction, through, dull });
+            let response = respond(bsdf, -at.direction, (query.seen.direction, query.strategy.is_dull()));
             self.add_direct(path, at, &query, (&response, gain));
         }
     }
