@@ -69,28 +69,8 @@ impl<R: Real> Prepared<R> {
         target: &Target<R>,
         want_distance: bool,
     ) -> ShadowResult<R> {
-        let mut nearest = R::INFINITY;
-        if self.rules.first_occluder_decides {
-            let mut first: Option<Hit<R>> = None;
-            self.geometry.any(
-                ray,
-                range,
-                &mut |hit| {
-                    if self.is_own(target, hit) {
-                        return false;
-                    }
-                    nearest = nearest.min(hit.t);
-                    if first.is_none_or(|f| hit.order() < f.order()) {
-                        first = Some(*hit);
-                    }
-                    false
-                },
-                &mut (),
-            );
-            let share = first.map_or(R::ONE, |hit| passes::<R, K>(self, ray, &hit));
-            return ShadowResult { share, distance: nearest };
-        }
-        let mut product = Transmittance::default();
+        let first_decides = self.rules.first_occluder_decides;
+        let (mut nearest, mut first, mut product) = (R::INFINITY, None::<Hit<R>>, Transmittance::default());
         let blocked = self.geometry.any(
             ray,
             range,
@@ -99,12 +79,20 @@ impl<R: Real> Prepared<R> {
                     return false;
                 }
                 nearest = nearest.min(hit.t);
-                product.factor(passes::<R, K>(self, ray, hit).to_f64());
+                if !first_decides {
+                    product.factor(passes::<R, K>(self, ray, hit).to_f64());
+                } else if first.is_none_or(|f| hit.order() < f.order()) {
+                    first = Some(*hit);
+                }
                 product.opaque && !want_distance
             },
             &mut (),
         );
-        let share = if blocked { R::ZERO } else { R::from_f64(product.value()) };
+        let share = match first {
+            Some(hit) => passes::<R, K>(self, ray, &hit),
+            None if blocked => R::ZERO,
+            None => R::from_f64(product.value()),
+        };
         ShadowResult { share, distance: nearest }
     }
 }

@@ -10,7 +10,7 @@ use core::marker::PhantomData;
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
-use self::state::{PathStep, ScatteredRays, WhittedState};
+use self::state::{PathStep, WhittedState};
 use super::shadow::ShadowResult;
 use super::spawn::LeastDistances;
 use super::{CameraRays, FirstHit, FirstHits, Kernel, LightTransport, PACKET, PathResult, PathResults, PathSegment};
@@ -121,13 +121,6 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         path
     }
 
-    /// What a path asks next.
-    #[inline(always)]
-    fn query(&self, path: &WhittedState<R>) -> (Ray<R>, Interval<R>) {
-        let min = if path.camera { self.least.camera - path.leg.ahead } else { self.least.secondary };
-        (path.leg.ray, Interval { min, max: R::INFINITY })
-    }
-
     /// What one more segment makes of a path: it has met this, or nothing.
     #[inline(always)]
     fn advance(&mut self, path: &mut WhittedState<R>, hit: Option<&Hit<R>>) -> PathStep<R> {
@@ -161,7 +154,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
                 }
                 self.physical(m, path, hit, &at)
             }
-            Material::Physical(_) | Material::Unused => path.leave(ScatteredRays::NONE),
+            Material::Physical(_) | Material::Unused => path.leave([None; 2]),
         }
     }
 
@@ -179,8 +172,8 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             let hit = match known.take() {
                 Some(hit) => hit,
                 None => path.met.or_else(|| {
-                    let (ray, range) = self.query(path);
-                    self.scene.geometry.closest(&ray, range, &mut ())
+                    let min = if path.camera { self.least.camera - path.leg.ahead } else { self.least.secondary };
+                    self.scene.geometry.closest(&path.leg.ray, Interval { min, max: R::INFINITY }, &mut ())
                 }),
             };
             match self.advance(path, hit.as_ref()) {

@@ -31,18 +31,10 @@ pub struct BsdfSample<N: Number> {
     pub delta: N::Mask,
 }
 
-impl<N: Number> Bsdf<N> {
+impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// A surface without lobes, which is black.
     #[inline(always)]
     pub fn new(normal: N::Vec3) -> Self {
-        Self::of_kind(normal)
-    }
-}
-
-impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
-    /// A surface without lobes, of whichever family.
-    #[inline(always)]
-    pub fn of_kind(normal: N::Vec3) -> Self {
         Self { normal, lobes: [L::NOTHING; MOST], count: 0 }
     }
 

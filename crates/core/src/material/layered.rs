@@ -139,7 +139,7 @@ impl<N: Number> Layered<N> {
 
     /// Its lobes, seen along `wo`.
     pub fn transport(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> LayeredBsdf<N> {
-        let mut bsdf = LayeredBsdf::of_kind(normal);
+        let mut bsdf = LayeredBsdf::new(normal);
         self.add_to(&mut bsdf, wo, outside);
         bsdf
     }

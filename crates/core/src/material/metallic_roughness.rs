@@ -187,7 +187,7 @@ impl<N: Number> MetallicRoughness<N> {
         let dielectric = N::ONE - self.metallic;
         let (f0, f90) = self.facets(dielectric);
         let (diffuse, _) = self.diffuse([dielectric, N::ONE], normal.dot(wo), compensated);
-        Bsdf::of_kind(normal).with(diffuse).with(Lobe::Rough { f0, f90: N::Vec3::splat(f90), roughness: self.roughness })
+        Bsdf::new(normal).with(diffuse).with(Lobe::Rough { f0, f90: N::Vec3::splat(f90), roughness: self.roughness })
     }
 
     /// Whether that is what it is, lane by lane.

@@ -70,12 +70,12 @@ impl<R: Real> Material<R> {
         if let Self::Physical(m) = self { m.alpha_at(here) } else { R::ONE }
     }
 
-    /// Whether its inside absorbs light.
-    pub fn absorbs(&self) -> bool {
+    /// What its inside absorbs of light per metre; none where nothing.
+    pub fn absorption(&self) -> Option<R::Vec3> {
         match self {
-            Self::Classic(m) => m.mixture.as_ref().is_some_and(|mixture| mixture.absorption.is_some()),
-            Self::Physical(m) => m.absorption.is_some(),
-            Self::Unused => false,
+            Self::Classic(m) => m.mixture.as_ref().and_then(|mixture| mixture.absorption),
+            Self::Physical(m) => m.absorption,
+            Self::Unused => None,
         }
     }
 

@@ -20,7 +20,7 @@ impl<R: Real> PathTracer<'_, R> {
         at: &Interaction<R>,
         (m, layered): (&PhysicalInputs<R>, &LayeredInputs<R>),
     ) -> bool {
-        let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
+        let mut bsdf = LayeredBsdf::new(Vector::ZERO);
         let bent = self.layers_at(path, hit, at, (m, layered), &mut bsdf);
         self.shade(path, hit, at, &bsdf, (bent.as_ref(), R::ONE))
     }

@@ -10,7 +10,7 @@ use super::layered::wavelength;
 use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::MetallicRoughness;
-use crate::prepare::{Boundary, ClassicInputs, Material};
+use crate::prepare::{Boundary, Material};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PathTracer<'_, R> {
@@ -90,21 +90,5 @@ impl<R: Real> PathTracer<'_, R> {
         if let Some(glass) = &mut model.glass {
             glass.ior = boundary.ior;
         }
-    }
-
-    /// As [`Self::immersed`], of a classic surface: glass alone has an index.
-    #[inline(never)]
-    pub(super) fn immersed_classic(
-        &self,
-        path: &mut PathState<R>,
-        at: &Interaction<R>,
-        here: &ShadingContext<'_, R>,
-        m: &ClassicInputs<R>,
-    ) -> ClassicInputs<R> {
-        let mut own = *m;
-        if let Some(transmission) = &mut own.transmission {
-            transmission.glass.ior = self.relative_index(path, at, here);
-        }
-        own
     }
 }

@@ -77,7 +77,7 @@ impl<R: Real> Answers<R> {
         let light = (load3::<N, R>(lights, from), dull);
         let numbers = [load::<N, R>(&v.numbers[0], from), load::<N, R>(&v.numbers[1], from), load::<N, R>(&v.numbers[2], from)];
         let (response, sampled) = if MATTE {
-            let bsdf = Bsdf::<N, Lobe<N>, 1>::of_kind(normal).with(Lobe::Lambert { albedo: base });
+            let bsdf = Bsdf::<N, Lobe<N>, 1>::new(normal).with(Lobe::Lambert { albedo: base });
             both(&bsdf, view, light, numbers)
         } else {
             let [metallic, roughness, dielectric, grazing] = &v.terms;

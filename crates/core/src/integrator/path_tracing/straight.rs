@@ -42,7 +42,7 @@ impl<R: Real> PathTracer<'_, R> {
             };
             let met = Interaction::of::<General>(self.scene, &leg, &hit);
             share *= self.passes_media(&media, (met.surface.point - from.surface.point).length());
-            let through = if varied.is_some() && hit.t >= before {
+            let (passes, counts) = if varied.is_some() && hit.t >= before {
                 // What lies before it was passed: it is met, or nothing of it.
                 let own = self.scene.lights.emitters.of(met.object, hit.primitive) == varied;
                 return if own { share * self.given_off(&met) } else { Vector::ZERO };
@@ -52,12 +52,12 @@ impl<R: Real> PathTracer<'_, R> {
                 && let Some(beyond) = self.hidden(&media, &met)
             {
                 media = beyond;
-                Through::<R> { share: Vector::ONE, counts: false }
+                (Vector::ONE, false)
             } else {
                 self.through_wall(path, &leg, &hit, &met, sizeless)
             };
-            segments += u32::from(through.counts);
-            share *= through.share;
+            segments += u32::from(counts);
+            share *= passes;
             if segments > self.max_depth || share == Vector::ZERO {
                 return Vector::ZERO;
             }
@@ -75,7 +75,7 @@ impl<R: Real> PathTracer<'_, R> {
         material.emission_at(&here) * material.alpha_at(&here)
     }
 
-    /// What a surface lets straight through.
+    /// Share that a surface lets straight through, and whether a path that passes there has one more segment.
     fn through_wall(
         &self,
         path: &PathState<R>,
@@ -83,29 +83,21 @@ impl<R: Real> PathTracer<'_, R> {
         hit: &Hit<R>,
         at: &Interaction<R>,
         sizeless: bool,
-    ) -> Through<R> {
-        let of = |share: R::Vec3| Through::<R> { share, counts: false };
+    ) -> (R::Vec3, bool) {
         if sizeless && !self.scene.objects[at.object as usize].casts_shadow {
-            return of(Vector::ONE);
+            return (Vector::ONE, false);
         }
-        let Material::Physical(m) = &self.scene.materials[at.material as usize] else { return of(Vector::ZERO) };
+        let Material::Physical(m) = &self.scene.materials[at.material as usize] else { return (Vector::ZERO, false) };
         if m.alpha != Alpha::Opaque {
             // What covers a part lets nothing through: paths do not find light straight through it either.
-            return of(R::Vec3::splat(R::ONE - m.alpha_at(&self.scene.sources.at(at))));
+            return (Vector::splat(R::ONE - m.alpha_at(&self.scene.sources.at(at))), false);
         }
-        let Some(place) = m.layered.filter(|_| m.is_wall()) else { return of(Vector::ZERO) };
+        let Some(place) = m.layered.filter(|_| m.is_wall()) else { return (Vector::ZERO, false) };
         let mut here = PathState { leg: *leg, ..*path };
-        let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
+        let mut bsdf = LayeredBsdf::new(Vector::ZERO);
         self.layers_at(&mut here, hit, at, (m, &self.scene.layers[place as usize]), &mut bsdf);
-        Through { share: bsdf.straight(-at.direction), counts: true }
+        (bsdf.straight(-at.direction), true)
     }
-}
-
-/// What a surface lets straight through.
-struct Through<R: Real> {
-    share: R::Vec3,
-    /// Whether a path that passes there has one more segment.
-    counts: bool,
 }
 
 impl<R: Real> Interaction<R> {

@@ -5,7 +5,7 @@ use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::super::{Kernel, MAX_CUTOUTS};
 use super::WhittedTracer;
-use super::state::{NextRay, PathStep, ScatteredRays, WhittedState};
+use super::state::{NextRay, PathStep, WhittedState};
 use crate::effects::MIRROR_ROUGHNESS;
 use crate::interaction::Interaction;
 use crate::material::{Glass, MetallicRoughness, environment_reflectance};
@@ -72,7 +72,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             let shown = throughput * m.base_at(&here);
             *radiance += shown;
             self.see(path.camera, shown);
-            return path.leave(ScatteredRays::NONE);
+            return path.leave([None; 2]);
         }
         let model = m.model_at(&here);
         let mirror = m.mirrors && model.roughness <= R::from_f64(MIRROR_ROUGHNESS);
@@ -86,10 +86,11 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             return path.leave(leaving);
         }
         let weight = throughput * model.mirror().reflectance(-at.direction.dot(at.normal));
-        path.leave(ScatteredRays::one((mirror && segments > 1).then(|| {
+        let onward = (mirror && segments > 1).then(|| {
             self.counters.reflection += 1;
             NextRay::new(self.scene.spawn(at, at.mirrored(), R::ONE), weight)
-        })))
+        });
+        path.leave([onward, None])
     }
 
     /// Light of the lights and of the sky's average, diffused and as rough highlights.

@@ -49,25 +49,8 @@ impl<R: Real> NextRay<R> {
     }
 }
 
-/// The rays that leave a surface.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ScatteredRays<R: Real> {
-    /// The path's own.
-    pub onward: Option<NextRay<R>>,
-    /// Another one, whose path comes first and brings its radiance to this one.
-    pub aside: Option<NextRay<R>>,
-}
-
-impl<R: Real> ScatteredRays<R> {
-    /// Nothing does.
-    pub const NONE: Self = Self { onward: None, aside: None };
-
-    /// One ray at most.
-    #[inline(always)]
-    pub fn one(onward: Option<NextRay<R>>) -> Self {
-        Self { onward, aside: None }
-    }
-}
+/// The rays that leave a surface: the path's own, and another one, whose path comes first and brings its radiance to this one.
+pub(crate) type ScatteredRays<R> = [Option<NextRay<R>>; 2];
 
 /// What became of a path.
 pub(crate) enum PathStep<R: Real> {
@@ -100,13 +83,13 @@ impl<R: Real> WhittedState<R> {
 
     /// Ends the vertex and takes up what leaves it.
     #[inline(always)]
-    pub fn leave(&mut self, leaving: ScatteredRays<R>) -> PathStep<R> {
-        let aside = leaving.aside.map(|next| self.branch(&next, Branch::Reflected));
+    pub fn leave(&mut self, [onward, aside]: ScatteredRays<R>) -> PathStep<R> {
+        let aside = aside.map(|next| self.branch(&next, Branch::Reflected));
         self.covered += self.share;
         self.share = R::ZERO;
         self.address.bounce += 1;
         self.segments -= 1;
-        match leaving.onward {
+        match onward {
             Some(next) if self.segments > 0 => {
                 self.leg.go_on(&next.ray, next.rest);
                 self.throughput = next.throughput;
