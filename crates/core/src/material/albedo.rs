@@ -207,19 +207,24 @@ impl<N: Number> Albedo<N> {
         Self::of(|lane| look_up_mean(table, roughness.lane(lane)))
     }
 
-    /// Of anisotropic facets, towards a direction on either side.
-    pub fn anisotropic(facets: &Ggx<N>, direction: N::Vec3) -> Self {
+    /// Towards a direction on either side and its cosine, where a mask is set of facets that are rougher along one direction.
+    pub fn towards_either(direction: N::Vec3, cosine: N, roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
+        let own = Self::towards(cosine, roughness);
+        let Some((mask, facets)) = others else { return own };
         let (local, alpha) = (facets.frame().to_local(direction), facets.alpha);
-        Self::of(|lane| look_up_anisotropic(&TABLE, local.lane(lane), alpha.map(|alpha| alpha.lane(lane))))
+        let other = Self::of(|lane| look_up_anisotropic(&TABLE, local.lane(lane), alpha.map(|alpha| alpha.lane(lane))));
+        Self::select(*mask, other, own)
     }
 
     /// The same in the mean over the hemisphere.
-    pub fn anisotropic_mean(facets: &Ggx<N>) -> Self {
-        Self::of(|lane| look_up_anisotropic_mean(&TABLE, facets.alpha.map(|alpha| alpha.lane(lane))))
+    pub fn mean_of_either(roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
+        let own = Self::mean(roughness);
+        let Some((mask, facets)) = others else { return own };
+        let other = Self::of(|lane| look_up_anisotropic_mean(&TABLE, facets.alpha.map(|alpha| alpha.lane(lane))));
+        Self::select(*mask, other, own)
     }
 
-    /// One where a mask is set, and the other elsewhere.
-    pub fn select(mask: N::Mask, yes: Self, no: Self) -> Self {
+    fn select(mask: N::Mask, yes: Self, no: Self) -> Self {
         Self { lost: N::select(mask, yes.lost, no.lost), grazing: N::select(mask, yes.grazing, no.grazing) }
     }
 

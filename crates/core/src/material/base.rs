@@ -40,7 +40,7 @@ pub struct DiffuseCover<N: Number> {
 impl<N: Number> DiffuseCover<N> {
     /// It as it is seen along `wo` at a cosine.
     pub(super) fn seen(self, wo: N::Vec3, cosine: N) -> Self {
-        let [mut base, lost] = self.remainder.left(self.mean_albedo());
+        let [mut base, lost] = self.remainder.left(Albedo::mean_of_either(self.remainder.roughness, &self.anisotropic));
         if let Some((curved, _)) = self.curve {
             let mean = match &self.anisotropic {
                 None => mean_of(|cosine| self.left(N::Vec3::ZERO, cosine)[0]),
@@ -61,21 +61,9 @@ impl<N: Number> DiffuseCover<N> {
         Self { remainder: self.remainder.seen(self.left(wo, cosine), [base, lost]), ..self }
     }
 
-    fn mean_albedo(&self) -> Albedo<N> {
-        let isotropic = Albedo::mean(self.remainder.roughness);
-        match &self.anisotropic {
-            Some((mask, facets)) => Albedo::select(*mask, Albedo::anisotropic_mean(facets), isotropic),
-            None => isotropic,
-        }
-    }
-
     /// What is left towards a direction and its cosine: by the layer, and by white facets.
     fn left(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
-        let isotropic = Albedo::towards(cosine, self.remainder.roughness);
-        let albedo = match &self.anisotropic {
-            Some((mask, facets)) => Albedo::select(*mask, Albedo::anisotropic(facets, direction), isotropic),
-            None => isotropic,
-        };
+        let albedo = Albedo::towards_either(direction, cosine, self.remainder.roughness, &self.anisotropic);
         let [plain, lost] = self.remainder.left(albedo);
         let Some((curved, curve)) = &self.curve else { return [plain, lost] };
         let [base, _] = self.remainder.left_of(albedo.sent_by(|cosine| curve.at(cosine).max_element()), lost);

@@ -5,12 +5,12 @@ use super::base::{DiffuseBase, DiffuseCover};
 use super::bsdf::Bsdf;
 use super::energy::{Remainder, interreflections};
 use super::film::Film;
-use super::fresnel::{FresnelRule, conductor};
+use super::fresnel::FresnelRule;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use super::glass_layer::{LayeredDielectric, ThinDielectric, Tinted};
 use super::layer::{COAT, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe};
 use super::metallic_roughness::{Glass, MetallicRoughness};
-use super::reflectance::Reflectance;
+use super::reflectance::{Reflectance, of_conductor};
 use super::sheen::Sheen;
 use super::stage::{LayerStage, ReadAt, layer};
 use crate::number::{Mask, Number, Vector3};
@@ -71,11 +71,11 @@ pub struct Layered<S: LayerStage> {
 }
 
 impl<S: LayerStage> Layered<S> {
-    /// What it is where its fields are read.
-    pub fn at<N: Number>(&self, here: &impl ReadAt<S, N>) -> Layered<N> {
+    /// What it is where its fields are read, over a base of this index.
+    pub fn at<N: Number>(&self, here: &impl ReadAt<S, N>, base: MetallicRoughness<N>, ior: N::Exact) -> Layered<N> {
         Layered {
-            base: here.base(&self.base),
-            ior: here.index(&self.ior),
+            base,
+            ior,
             specular: here.share(&self.specular),
             specular_colour: here.colour(&self.specular_colour),
             conductor: self.conductor.as_ref().map(|index| index.each_ref().map(|part| here.spectrum(part))),
@@ -121,17 +121,11 @@ impl<N: Number> Layered<N> {
     /// What its facets reflect, of which a share `dielectric` is not metal and no glass.
     fn reflectance(&self, dielectric: N) -> Reflectance<N> {
         let normal = (self.specular_colour * self.base.dielectric).min(N::Vec3::ONE) * self.specular;
-        let colour = self.conductor.map_or(self.base.base, |[n, k]| {
-            N::Vec3::of_lanes(|lane| {
-                let (n, k) = (n.lane(lane), k.lane(lane));
-                glam::DVec3::new(conductor(1.0, [n.x, k.x]), conductor(1.0, [n.y, k.y]), conductor(1.0, [n.z, k.z]))
-            })
-        });
         Reflectance {
             shares: [dielectric, self.base.metallic],
             dielectric: [normal, N::Vec3::splat(self.specular)],
             exact: (self.rule == FresnelRule::Exact).then_some(self.ior),
-            metal: colour,
+            metal: self.conductor.map_or(self.base.base, |index| of_conductor(N::ONE, index)),
             conductor: self.conductor.filter(|_| self.rule != FresnelRule::Schlick),
             film: self.film,
         }
@@ -201,9 +195,10 @@ impl<N: Number> Layered<N> {
         });
         let roughness = self.base.roughness;
         // Combed facets are as rough as the rougher way even where the other is smooth.
-        let (mut rough, mut mean) = (roughness.above(N::from_f64(LEAST_ROUGHNESS)), Albedo::mean(roughness));
-        if let Some((combed, facets)) = &self.anisotropic() {
-            (rough, mean) = (*combed | rough, Albedo::select(*combed, Albedo::anisotropic_mean(facets), mean));
+        let (anisotropic, mut rough) = (self.anisotropic(), roughness.above(N::from_f64(LEAST_ROUGHNESS)));
+        let mean = Albedo::mean_of_either(roughness, &anisotropic);
+        if let Some((combed, _)) = anisotropic {
+            rough = combed | rough;
         }
         let (mut sent, mut own) = (zero, N::ZERO);
         let layer = [facets.dielectric[0].max_element() * over, facets.dielectric[1].max_element() * over];

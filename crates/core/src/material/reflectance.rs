@@ -2,7 +2,7 @@
 //! thin film over it or not.
 
 use super::film::Film;
-use super::fresnel::{conductor, dielectric_in_air, schlick_weight};
+use super::fresnel::{conductor, dielectric_in_air, schlick, schlick_weight};
 use crate::number::{Mask, Number, Vector3};
 
 /// Reflectance by the cosine of incidence on a facet.
@@ -51,15 +51,7 @@ impl<N: Number> Reflectance<N> {
 
     /// The same of the metal.
     fn of_metal(&self, cosine: N) -> (N::Vec3, N::Vec3) {
-        let Some([n, k]) = self.conductor else {
-            return (self.metal + (N::Vec3::ONE - self.metal) * schlick_weight(cosine), self.metal);
-        };
-        let exact = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
-            let (n, k) = (n.lane(lane), k.lane(lane));
-            let of = |n: f64, k: f64| conductor(cosine.lane(lane), [n, k]);
-            glam::DVec3::new(of(n.x, k.x), of(n.y, k.y), of(n.z, k.z))
-        });
-        (exact, self.metal)
+        (self.conductor.map_or_else(|| schlick(self.metal, cosine), |index| of_conductor(cosine, index)), self.metal)
     }
 
     /// Whether some of it reflects somewhere.
@@ -72,4 +64,13 @@ impl<N: Number> Reflectance<N> {
     pub fn masked(self, mask: N::Mask) -> Self {
         Self { shares: self.shares.map(|share| N::select(mask, share, N::ZERO)), ..self }
     }
+}
+
+/// That of a metal by its complex index in each channel.
+pub(super) fn of_conductor<N: Number>(cosine: N, [n, k]: [N::Vec3; 2]) -> N::Vec3 {
+    N::Vec3::of_lanes(|lane| {
+        let (n, k) = (n.lane(lane), k.lane(lane));
+        let of = |n: f64, k: f64| conductor(cosine.lane(lane), [n, k]);
+        glam::DVec3::new(of(n.x, k.x), of(n.y, k.y), of(n.z, k.z))
+    })
 }

@@ -63,10 +63,6 @@ pub trait ReadAt<S: LayerStage, N: Number> {
     fn normal(&self, input: &S::Normal) -> N::Vec3;
     /// A frame about the surface's normal.
     fn frame(&self, input: &S::Frame) -> Frame<N>;
-    /// An index of refraction.
-    fn index(&self, input: &S::Index) -> N::Exact;
-    /// What lies below.
-    fn base(&self, input: &S::Base) -> MetallicRoughness<N>;
 }
 
 /// Makes a layer's struct of a list of fields: `field: Kind by reader;`.
