@@ -196,15 +196,13 @@ impl<N: Number> Albedo<N> {
     /// Towards a direction, by its cosine.
     #[inline(always)]
     pub fn towards(cosine: N, roughness: N) -> Self {
-        let table = &TABLE;
-        Self::of(|lane| look_up(table, cosine.lane(lane), roughness.lane(lane)))
+        Self::of(|lane| look_up(&TABLE, cosine.lane(lane), roughness.lane(lane)))
     }
 
     /// In the mean over the hemisphere, by the cosine.
     #[inline(always)]
     pub fn mean(roughness: N) -> Self {
-        let table = &TABLE;
-        Self::of(|lane| look_up_mean(table, roughness.lane(lane)))
+        Self::of(|lane| look_up_mean(&TABLE, roughness.lane(lane)))
     }
 
     /// Towards a direction on either side and its cosine, where a mask is set of facets that are rougher along one direction.

@@ -74,12 +74,8 @@ impl<N: Number> DiffuseCover<N> {
     fn factors(&self, pair: &Pair<N>) -> [N; 2] {
         let into = pair.into.max(-pair.into);
         let ([base, lost], seen) = (self.left(pair.wi, into), self.remainder.seen);
-        let [base, lost] = [base * seen[0], lost * seen[1]];
-        let base = self.literal.map_or(base, |[f0, f90]| {
-            let tilt = pair.folded().tilt;
-            N::ONE - (f0 + (f90 - f0) * schlick_weight(tilt))
-        });
-        [base, lost]
+        let literal = |[f0, f90]: [N; 2]| N::ONE - (f0 + (f90 - f0) * schlick_weight(pair.folded().tilt));
+        [self.literal.map_or(base * seen[0], literal), lost * seen[1]]
     }
 }
 

@@ -156,13 +156,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         let importances = self.importances(cosine);
         let (each, total) = importances;
         let able = cosine.above(N::ZERO) & total.above(N::ZERO);
-        let mut out = BsdfSample {
-            some: N::Mask::default(),
-            direction: N::Vec3::ZERO,
-            weight: N::Vec3::ZERO,
-            density: N::ZERO,
-            delta: N::Mask::default(),
-        };
+        let (mut direction, mut weight, mut delta) = (N::Vec3::ZERO, N::Vec3::ZERO, N::Mask::default());
         let local = frame.to_local(wo);
         let mut before = N::ZERO;
         for ((lobe, chosen), importance) in self.lobes().iter().zip(self.chosen(&each, choice * total, able)).zip(each) {
@@ -172,33 +166,33 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
                 continue;
             }
             if lobe.is_delta() {
-                let (direction, weight) = lobe.sample_delta(self.normal, wo, u);
-                out.direction = N::Vec3::select(chosen, direction, out.direction);
-                out.weight = N::Vec3::select(chosen, weight / (importance / total), out.weight);
-                (out.some, out.delta) = (out.some | chosen, out.delta | chosen);
+                let (mirrored, share) = lobe.sample_delta(self.normal, wo, u);
+                direction = N::Vec3::select(chosen, mirrored, direction);
+                weight = N::Vec3::select(chosen, share / (importance / total), weight);
+                delta = delta | chosen;
             } else {
                 // How far into the lobe's share the choice lies is a number in [0, 1) too.
                 let rest = ((choice * total - start) / importance).max(N::ZERO);
-                out.direction = N::Vec3::select(chosen, lobe.sample(frame, wo, local, rest, [u, v]), out.direction);
+                direction = N::Vec3::select(chosen, lobe.sample(frame, wo, local, rest, [u, v]), direction);
             }
         }
-        let (value, density) = self.eval_and_pdf_by(&importances, cosine, wo, out.direction);
-        let facing = self.normal.dot(out.direction);
+        let (value, density) = self.eval_and_pdf_by(&importances, cosine, wo, direction);
+        let facing = self.normal.dot(direction);
         // Also false for NaN, and where nothing was drawn.
-        let mut sent = density.above(N::ZERO) & facing.above(N::ZERO) & !out.delta;
-        let mut weight = value * (facing / density);
+        let mut sent = density.above(N::ZERO) & facing.above(N::ZERO) & !delta;
+        let mut drawn = value * (facing / density);
         if self.lets_through() {
-            let below = density.above(N::ZERO) & N::ZERO.above(facing) & !out.delta;
-            weight = N::Vec3::select(below, -weight, weight);
+            let below = density.above(N::ZERO) & N::ZERO.above(facing) & !delta;
+            drawn = N::Vec3::select(below, -drawn, drawn);
             sent = sent | below;
         }
-        let some = out.some | sent;
+        let some = delta | sent;
         BsdfSample {
             some,
-            direction: N::Vec3::select(some, out.direction, N::Vec3::ZERO),
-            weight: N::Vec3::select(sent, weight, out.weight),
+            direction: N::Vec3::select(some, direction, N::Vec3::ZERO),
+            weight: N::Vec3::select(sent, drawn, weight),
             density: N::select(sent, density, N::ZERO),
-            delta: out.delta,
+            delta,
         }
     }
 

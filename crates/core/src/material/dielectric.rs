@@ -45,7 +45,7 @@ impl<N: Number> Dielectric<N> {
     /// The facet's normal that refracts between both directions, its cosines to them (the one of the light is below zero), and
     /// whether there is one.
     #[inline(always)]
-    fn between(&self, pair: &Pair<N>) -> (N::Vec3, [N; 2], N::Mask) {
+    pub(super) fn between(&self, pair: &Pair<N>) -> (N::Vec3, [N; 2], N::Mask) {
         let along = pair.wo * self.facet_eta + pair.wi;
         let length = along.dot(along).sqrt();
         let facet = along / length;
@@ -54,11 +54,6 @@ impl<N: Number> Dielectric<N> {
         // Indices that are equal bend nothing, and there is no facet to tell.
         let able = out.above(N::ZERO) & N::ZERO.above(into) & length.above(N::from_f64(1e-6));
         (facet, [out, into], able)
-    }
-
-    /// The cosine of the way back to the facet that refracts between both directions.
-    pub(super) fn tilt_through(&self, pair: &Pair<N>) -> N {
-        self.between(pair).1[0]
     }
 }
 
@@ -93,7 +88,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
     fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         let Some(roughness) = self.roughness else { return (N::Vec3::ZERO, N::ZERO) };
         let (facets, (facet, [out, into], able)) = (Ggx::isotropic(pair.normal, roughness), self.between(pair));
-        // The density of seen facets, times what turns it into that of the directions that they refract to and the share that is let through.
+        // The density of seen facets, times what turns it into that of the directions they refract to, and the share let through.
         let seen = N::from_f64(2.0) * out / (pair.out + facets.root(pair.wo, pair.out));
         let denominator = self.facet_eta * out + into;
         let spread = seen * -into / (facets.inverse_d(facet) * denominator * denominator);

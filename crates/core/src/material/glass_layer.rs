@@ -6,7 +6,7 @@ use super::dielectric::{Dielectric, fresnel as facet_fresnel};
 use super::film::Film;
 use super::frame::Frame;
 use super::fresnel::{self, FresnelRule, schlick_weight};
-use super::ggx::{Ggx, mirrored};
+use super::ggx::Ggx;
 use super::interface::Interface;
 use super::lobe::{LobeKind, Pair};
 use crate::number::{Mask, Number, Vector3};
@@ -25,11 +25,6 @@ pub struct Tinted<N: Number> {
 }
 
 impl<N: Number> Tinted<N> {
-    /// Whether Fresnel's exact share is all there is to it.
-    fn is_plain(&self) -> bool {
-        self.film.is_none() && self.reflected == N::Vec3::ONE && self.rule != FresnelRule::Schlick
-    }
-
     /// What is reflected of a lane, by the cosines outside and inside; none of them where all is reflected.
     fn reflectance(&self, lane: usize, cosines: Option<[f64; 2]>) -> [f64; 3] {
         let Some([outside, inside]) = cosines else { return [1.0; 3] };
@@ -69,11 +64,11 @@ impl<N: Number> LayeredDielectric<N> {
     }
 
     /// What facets send, given what they would by Fresnel's share alone: times what `of` makes of both shares.
-    fn tint(&self, (own, density): (N::Vec3, N), cosine: impl FnOnce() -> N, of: fn(f64, f64) -> f64) -> (N::Vec3, N) {
-        if self.tinted.is_plain() {
+    fn tint(&self, (own, density): (N::Vec3, N), cosine: N, of: fn(f64, f64) -> f64) -> (N::Vec3, N) {
+        let Tinted { reflected, film, rule, .. } = self.tinted;
+        if film.is_none() && reflected == N::Vec3::ONE && rule != FresnelRule::Schlick {
             return (own, density);
         }
-        let cosine = cosine();
         let factor = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
             let (found, exact) = self.at(lane, cosine.lane(lane));
             found.map(|found| of(found, exact))
@@ -97,12 +92,12 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
 
     fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         let factor = |found: f64, exact: f64| if exact > 0.0 { found / exact } else { 0.0 };
-        self.tint(self.boundary.eval_and_pdf(pair), || pair.tilt, factor)
+        self.tint(self.boundary.eval_and_pdf(pair), pair.tilt, factor)
     }
 
     fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         let factor = |found: f64, exact: f64| if exact < 1.0 { (1.0 - found) / (1.0 - exact) } else { 0.0 };
-        self.tint(self.boundary.eval_and_pdf_through(pair), || self.boundary.tilt_through(pair), factor)
+        self.tint(self.boundary.eval_and_pdf_through(pair), self.boundary.between(pair).1[0], factor)
     }
 
     fn sample(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
@@ -192,11 +187,7 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
 
     fn sample(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
         let Some(facets) = &self.facets else { return N::Vec3::ZERO };
-        let facet = facets.sample_wm(wo, point);
-        let up = mirrored::<N>(wo, facet);
-        let height = frame.normal.dot(up);
-        // What a facet sends to the wrong side meets another one, and is lost.
-        let up = N::Vec3::select(height.above(N::ZERO), up, N::Vec3::ZERO);
+        let (facet, up) = facets.sample_mirrored(frame.normal, wo, point);
         let down = up - frame.normal * (N::from_f64(2.0) * frame.normal.dot(up));
         let chance = self.reflectance(facet.dot(wo)).max_element();
         N::Vec3::select(chance.above(choice), up, down)

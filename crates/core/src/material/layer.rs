@@ -56,9 +56,6 @@ impl<N: Number> Coating<N> {
 
     /// Share of what a lobe sends from one direction to the other. What goes through the surface passes once.
     fn passes(&self, pair: &Pair<N>) -> N {
-        if self.coat.is_none() && self.sheen.is_none() {
-            return N::ONE;
-        }
         let out = self.once(pair.normal, pair.wo);
         N::select(pair.into.above(N::ZERO), out.min(self.once(pair.normal, pair.wi)), out)
     }
@@ -93,9 +90,7 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
     }
 
     fn sample(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
-        // What a facet sends below the surface is lost: no other lobe may take it for light that goes through.
-        let direction = mirrored::<N>(wo, self.facets.sample_wm(wo, point));
-        N::Vec3::select(frame.normal.dot(direction).above(N::ZERO), direction, N::Vec3::ZERO)
+        self.facets.sample_mirrored(frame.normal, wo, point).1
     }
 
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, _: N) -> (N::Vec3, N::Vec3) {
@@ -155,7 +150,7 @@ impl<N: Number> CoatedLobe<N> {
         Self { lobe, coating, importance: own * coating.once(normal, wo) }
     }
 
-    /// What it would send bare, under its coating, which nothing asks for; none where it sends nothing, also where directions have no half.
+    /// What it would send bare, under its coating; none where it sends nothing, also where directions have no half.
     fn coated(&self, pair: &Pair<N>, (own, density): (N::Vec3, N)) -> (N::Vec3, N) {
         let (some, none) = (self.importance.above(N::ZERO), N::Vec3::ZERO);
         let sent = if own == none { own } else { N::Vec3::select(some, own * self.coating.passes(pair), none) };

@@ -45,7 +45,7 @@ pub struct Layered<S: LayerStage> {
     /// What is at its bottom.
     pub base: S::Base,
     /// Index of refraction of the dielectric part.
-    pub ior: S::Index,
+    pub ior: S::Constant,
     /// Factor of the dielectric part's reflectance, and its colour at normal incidence (KHR_materials_specular).
     pub specular: S::Share,
     /// The colour.
@@ -153,8 +153,7 @@ impl<N: Number> Layered<N> {
     /// Adds its lobes, seen along `wo`, to a list of none: where it stays, since it is too large to be handed on.
     pub fn add_to(&self, bsdf: &mut LayeredBsdf<N>, wo: N::Vec3, outside: N::Mask) {
         let (through, normal) = (self.base.through(), bsdf.normal());
-        let glassy = through.above(N::ZERO);
-        let mut list = LayeredBuilder { bsdf, normal, wo, coating: Coating::NONE };
+        let mut list = LayeredBuilder { bsdf, wo, coating: Coating::NONE };
         // From within a body, what lies over it is beyond the boundary, the facets of its paint too.
         let over = if self.base.glass.is_none() || self.thin { N::ONE } else { N::select(outside, N::ONE, N::ZERO) };
         let is_over = over.above(N::ZERO).any();
@@ -182,9 +181,7 @@ impl<N: Number> Layered<N> {
             let roughness = self.anisotropic().map_or(own, |(mask, facets)| N::select(mask, facets.roughness(), own));
             list.facets(self.facets(normal), reflectance, roughness);
         }
-        if self.base.glass.is_some() && glassy.any() {
-            self.glass(&mut list, through, outside);
-        }
+        self.glass(&mut list, through, outside);
     }
 
     /// What is diffused, back and on, below facets, and what these send to each other.
@@ -206,20 +203,10 @@ impl<N: Number> Layered<N> {
             let (dielectric, all) = interreflections::<N>(layer, facets.metal, facets.shares, mean.lost);
             (own, sent) = (N::select(rough, dielectric, N::ZERO), N::Vec3::select(rough, all, zero));
         }
-        if back.max(through).max(sent).max_element().above(N::ZERO).any() {
-            let both = through.max_element().above(N::ZERO).any();
-            let top = self.top(list, facets, (Remainder::new([layer[0], layer[1], own], roughness), over));
-            list.push(LayerLobe::Diffuse(DiffuseBase { back, through, interreflected: sent, both, top }));
+        if !back.max(through).max(sent).max_element().above(N::ZERO).any() {
+            return;
         }
-    }
-
-    /// The dielectric facets over the base, in the share `over`: metal beside it takes none of the base's light.
-    fn top(
-        &self,
-        list: &LayeredBuilder<'_, N>,
-        facets: &Reflectance<N>,
-        (remainder, over): (Remainder<N>, N),
-    ) -> DiffuseCover<N> {
+        // The dielectric facets over the base, in the share `over`: metal beside it takes none of the base's light.
         let alone = Reflectance { shares: [over, N::ZERO], ..*facets };
         let literal = (self.rule == FresnelRule::Model).then(|| {
             let mixed = Reflectance { shares: [N::ONE - self.base.metallic, self.base.metallic], ..*facets };
@@ -228,12 +215,15 @@ impl<N: Number> Layered<N> {
         let filmed = facets.film.map_or(N::Mask::default(), |film| film.share.above(N::ZERO));
         let curved = if facets.exact.is_some() { !N::Mask::default() } else { filmed };
         let curve = curved.any().then_some((curved, alone));
-        DiffuseCover { remainder, anisotropic: self.anisotropic(), curve, literal }.seen(list.wo, list.normal.dot(list.wo))
+        let remainder = Remainder::new([layer[0], layer[1], own], roughness);
+        let top = DiffuseCover { remainder, anisotropic, curve, literal }.seen(list.wo, list.bsdf.normal().dot(list.wo));
+        let both = through.max_element().above(N::ZERO).any();
+        list.push(LayerLobe::Diffuse(DiffuseBase { back, through, interreflected: sent, both, top }));
     }
 
     /// The boundary of glass in its share.
     fn glass(&self, list: &mut LayeredBuilder<'_, N>, share: N, outside: N::Mask) {
-        let Some(glass) = self.base.glass else { return };
+        let Some(glass) = self.base.glass.filter(|_| share.above(N::ZERO).any()) else { return };
         let reflected = self.specular_colour.min(N::Vec3::ONE) * self.specular;
         let tinted = Tinted { reflected, film: self.film, rule: self.rule, ior: glass.ior };
         let (roughness, transmitted) = (self.base.roughness, glass.transmitted);
@@ -242,7 +232,7 @@ impl<N: Number> Layered<N> {
         for (of, is_rough) in [(rough, true), (!rough, false)] {
             let share = N::select(of, share, N::ZERO);
             if of.any() && self.thin {
-                let facets = is_rough.then(|| self.facets(list.normal));
+                let facets = is_rough.then(|| self.facets(list.bsdf.normal()));
                 list.push(LayerLobe::ThinDielectric(ThinDielectric { tinted, share, transmitted, facets }));
             } else if of.any() {
                 let boundary = bare.boundary(outside, share, is_rough.then_some(roughness));
@@ -255,14 +245,13 @@ impl<N: Number> Layered<N> {
 /// A list of lobes in the making.
 struct LayeredBuilder<'a, N: Number> {
     bsdf: &'a mut LayeredBsdf<N>,
-    normal: N::Vec3,
     wo: N::Vec3,
     coating: Coating<N>,
 }
 
 impl<N: Number> LayeredBuilder<'_, N> {
     fn push(&mut self, lobe: LayerLobe<N>) {
-        self.bsdf.add(CoatedLobe::new(lobe, self.coating, self.normal, self.wo));
+        self.bsdf.add(CoatedLobe::new(lobe, self.coating, self.bsdf.normal(), self.wo));
     }
 
     /// Facets where they are rough, a mirror where they are not.
@@ -270,7 +259,8 @@ impl<N: Number> LayeredBuilder<'_, N> {
         let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
         for (of, smooth) in [(rough, false), (!rough, true)] {
             if of.any() {
-                self.push(LayerLobe::Ggx(GgxLobe { facets, smooth, reflectance: reflectance.masked(of) }));
+                let shares = reflectance.shares.map(|share| N::select(of, share, N::ZERO));
+                self.push(LayerLobe::Ggx(GgxLobe { facets, smooth, reflectance: Reflectance { shares, ..reflectance } }));
             }
         }
     }

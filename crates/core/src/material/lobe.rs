@@ -92,7 +92,7 @@ pub trait LobeFamily<N: Number>: LobeKind<N> + Copy + core::fmt::Debug {
     /// A lobe that sends nothing.
     const NOTHING: Self;
     /// Whether there are mirrors about other normals than the surface's.
-    const COATED: bool;
+    const COATED: bool = false;
 }
 
 /// What a lobe does with light: nothing, where it does not say otherwise.
@@ -109,9 +109,7 @@ pub trait LobeKind<N: Number> {
     }
     /// Its bidirectional reflectance for a light above the surface, and the density by solid angle with which [`Self::sample`] gives
     /// the light's direction.
-    fn eval_and_pdf(&self, _pair: &Pair<N>) -> (N::Vec3, N) {
-        (N::Vec3::ZERO, N::ZERO)
-    }
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N);
     /// The part of it that is diffused, with which it answers to lights that make no highlights.
     fn eval_diffuse(&self, _pair: &Pair<N>) -> N::Vec3 {
         N::Vec3::ZERO
@@ -133,7 +131,6 @@ pub trait LobeKind<N: Number> {
 
 impl<N: Number> LobeFamily<N> for Lobe<N> {
     const NOTHING: Self = Self::Mirror { f0: <N::Vec3 as Vector3<N>>::ZERO, f90: <N::Vec3 as Vector3<N>>::ZERO };
-    const COATED: bool = false;
 }
 
 impl<N: Number> LobeKind<N> for Lobe<N> {
