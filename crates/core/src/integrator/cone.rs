@@ -32,7 +32,9 @@ impl<R: Real> Interaction<R> {
         let data = &scene.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
         let [a, b, c] = corners.map(|i| DVec3::from(data.positions[i].map(f64::from)));
-        let area = in_world((b - a).cross(c - a), mesh.normals_at(scene, leg, hit)).length();
+        let (own, [x, y, z]) = ((b - a).cross(c - a), mesh.normals_at(scene, leg, hit));
+        // The area vector in the world: its map's cofactors are those of normals, times its determinant.
+        let area = ((x * own.x + y * own.y + z * own.z) / x.dot(y.cross(z))).length();
         for set in (0..self.footprint.len()).filter(|set| mesh.sets >> set & 1 != 0) {
             let own = match data.uvs.get(set).filter(|uvs| !uvs.is_empty()) {
                 Some(uvs) => {
@@ -45,9 +47,4 @@ impl<R: Real> Interaction<R> {
             self.footprint[set] = R::from_f64(spot * (own / area).sqrt());
         }
     }
-}
-
-/// The area vector of a mesh's triangle in the world: its map's cofactors are those of normals, times its determinant.
-fn in_world(area: DVec3, [x, y, z]: [DVec3; 3]) -> DVec3 {
-    (x * area.x + y * area.y + z * area.z) / x.dot(y.cross(z))
 }

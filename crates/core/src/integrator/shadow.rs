@@ -5,10 +5,8 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 use super::{Kernel, PathSegment};
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample, Target};
-use crate::prepare::{Alpha, Material, Prepared, Spawn};
-
-/// A ray towards a light and the range before it.
-type ShadowRay<R> = (Ray<R>, Interval<R>);
+use crate::prepare::{Material, Prepared, Spawn};
+use crate::scene::AlphaMode;
 
 /// What lies between a point and a light.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +20,7 @@ pub(crate) struct ShadowResult<R> {
 impl<R: Real> Prepared<R> {
     /// The ray from a surface to a light that it sees, and the range before it; none where they meet.
     #[inline(always)]
-    pub(super) fn towards(&self, light: &LightSample<R>, at: &Interaction<R>) -> Option<ShadowRay<R>> {
+    pub(super) fn towards(&self, light: &LightSample<R>, at: &Interaction<R>) -> Option<(Ray<R>, Interval<R>)> {
         let (l, rules) = (light.direction, &self.rules);
         match (rules.spawn, &light.target) {
             // Surfaces are drawn and not points of a documented shader, whatever its rule.
@@ -36,12 +34,8 @@ impl<R: Real> Prepared<R> {
             }
             // The documented shaders measure from the surface, also where the ray starts off it.
             (Spawn::Constant { offset, shadow_min, .. }, target) => {
-                let p = at.surface.point;
-                let max = match target {
-                    Target::Point(position) | Target::Middle { point: position, .. } => (*position - p).length(),
-                    _ => rules.shadow_max_distance,
-                };
-                Some((Ray::new(p + l * offset, l), Interval { min: shadow_min, max }))
+                let max = if matches!(target, Target::Infinity) { rules.shadow_max_distance } else { at.distance_to(target) };
+                Some((Ray::new(at.surface.point + l * offset, l), Interval { min: shadow_min, max }))
             }
         }
     }
@@ -69,8 +63,28 @@ impl<R: Real> Prepared<R> {
         target: &Target<R>,
         want_distance: bool,
     ) -> ShadowResult<R> {
-        let first_decides = self.rules.first_occluder_decides;
-        let (mut nearest, mut first, mut product) = (R::INFINITY, None::<Hit<R>>, Transmittance::default());
+        let mut nearest = R::INFINITY;
+        if self.rules.first_occluder_decides {
+            let mut first: Option<Hit<R>> = None;
+            self.geometry.any(
+                ray,
+                range,
+                &mut |hit| {
+                    if self.is_own(target, hit) {
+                        return false;
+                    }
+                    nearest = nearest.min(hit.t);
+                    if first.is_none_or(|f| hit.order() < f.order()) {
+                        first = Some(*hit);
+                    }
+                    false
+                },
+                &mut (),
+            );
+            let share = first.map_or(R::ONE, |hit| passes::<R, K>(self, ray, &hit));
+            return ShadowResult { share, distance: nearest };
+        }
+        let mut product = Transmittance::default();
         let blocked = self.geometry.any(
             ray,
             range,
@@ -79,21 +93,24 @@ impl<R: Real> Prepared<R> {
                     return false;
                 }
                 nearest = nearest.min(hit.t);
-                if !first_decides {
-                    product.factor(passes::<R, K>(self, ray, hit).to_f64());
-                } else if first.is_none_or(|f| hit.order() < f.order()) {
-                    first = Some(*hit);
-                }
+                product.factor(passes::<R, K>(self, ray, hit).to_f64());
                 product.opaque && !want_distance
             },
             &mut (),
         );
-        let share = match first {
-            Some(hit) => passes::<R, K>(self, ray, &hit),
-            None if blocked => R::ZERO,
-            None => R::from_f64(product.value()),
-        };
+        let share = if blocked { R::ZERO } else { R::from_f64(product.value()) };
         ShadowResult { share, distance: nearest }
+    }
+}
+
+impl<R: Real> Interaction<R> {
+    /// How far what a shadow ray aims at is.
+    pub(super) fn distance_to(&self, target: &Target<R>) -> R {
+        match target {
+            Target::Infinity => R::INFINITY,
+            Target::Point(target) | Target::Middle { point: target, .. } => (*target - self.surface.point).length(),
+            Target::Surface(target) => (target.point - self.surface.point).length(),
+        }
     }
 }
 
@@ -138,7 +155,7 @@ fn passes<R: Real, K: Kernel>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -
     let even = material.shadow_transmittance();
     if K::PHYSICAL
         && let Material::Physical(m) = material
-        && (m.alpha != Alpha::Opaque || even.is_none())
+        && (m.alpha != AlphaMode::Opaque || even.is_none())
     {
         let at = Interaction::of::<K>(scene, &PathSegment::of(*ray), hit);
         return m.passes_at(&scene.sources.at(&at));

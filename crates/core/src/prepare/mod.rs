@@ -35,8 +35,8 @@ pub use gap::ClosedGap;
 use geometry::GeometryNeeds;
 pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
 pub(crate) use material::{
-    Alpha, Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material, MixtureInputs, PhysicalInputs,
-    PhysicalTransmission, SpecularInputs, Thickness,
+    Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material, PhysicalInputs, PhysicalTransmission,
+    SpecularInputs, Thickness,
 };
 use prepared::Rules;
 pub(crate) use prepared::Spawn;

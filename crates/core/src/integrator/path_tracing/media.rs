@@ -97,24 +97,21 @@ impl<R: Real> PathTracer<'_, R> {
     /// Takes from a path what is absorbed on its way to what it met.
     #[inline(always)]
     pub(super) fn pass_media(&self, path: &mut PathState<R>, at: &Interaction<R>) {
-        if self.scene.absorbs
-            && let Some(absorption) = self.absorption(&path.media, at)
-        {
-            path.throughput *= absorbed::<R>(absorption, at.distance);
+        if self.scene.absorbs {
+            // Also where a path got in by a way that it was not seen to take.
+            let around = self.around(&path.media).or((!at.outside).then_some(at.material));
+            path.throughput *= self.passes_body(around, at.distance);
         }
-    }
-
-    /// What a metre of the way to a hit absorbs; none where nothing does.
-    fn absorption(&self, media: &Media, at: &Interaction<R>) -> Option<R::Vec3> {
-        // Also where a path got in by a way that it was not seen to take.
-        let around = self.around(media).or((!at.outside).then_some(at.material))?;
-        self.scene.materials[around as usize].absorption()
     }
 
     /// Share of light that passes the way of a shadow ray, which meets nothing on it.
     pub(super) fn passes_media(&self, media: &Media, distance: R) -> R::Vec3 {
-        let around = self.around(media).filter(|_| self.scene.absorbs);
-        let absorption = around.and_then(|around| self.scene.materials[around as usize].absorption());
+        self.passes_body(self.around(media).filter(|_| self.scene.absorbs), distance)
+    }
+
+    /// What passes of light on its way through a body; all where it is in none.
+    fn passes_body(&self, body: Option<u32>, distance: R) -> R::Vec3 {
+        let absorption = body.and_then(|material| self.scene.materials[material as usize].absorption());
         absorption.map_or(Vector::ONE, |absorption| absorbed::<R>(absorption, distance))
     }
 }

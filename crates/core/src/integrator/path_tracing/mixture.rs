@@ -8,7 +8,7 @@ use super::scatter::ScatteredRay;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lobe};
-use crate::prepare::MixtureInputs;
+use crate::scene::Mixture;
 
 /// Least chance by which the published shader divides.
 const LEAST_CHANCE: f64 = 0.001;
@@ -22,7 +22,7 @@ struct MixtureChances {
 }
 
 impl MixtureChances {
-    fn new<R: Real>(m: &MixtureInputs<R>, at: &Interaction<R>) -> Self {
+    fn new<R: Real>(m: &Mixture, at: &Interaction<R>) -> Self {
         let normal = at.facing_normal();
         let eta = m.ior.map_or(1.0, |ior| if at.outside { 1.0 / ior } else { ior });
         let interface = Interface::new(at.direction.to_f64(), normal.to_f64(), eta);
@@ -50,7 +50,7 @@ impl MixtureChances {
 impl<R: Real> PathTracer<'_, R> {
     /// Sends a path on from such a surface; whether it goes on.
     #[inline(never)]
-    pub(super) fn mixed(&mut self, path: &mut PathState<R>, at: &Interaction<R>, m: &MixtureInputs<R>, albedo: R::Vec3) -> bool {
+    pub(super) fn mixed(&mut self, path: &mut PathState<R>, at: &Interaction<R>, m: &Mixture, albedo: R::Vec3) -> bool {
         let (met, normal) = (MixtureChances::new(m, at), at.facing_normal());
         let diffused = 1.0 - met.mirrored - met.through;
         if !m.published_roulette && diffused > 0.0 {
@@ -67,7 +67,8 @@ impl<R: Real> PathTracer<'_, R> {
         };
         let one = R::ONE;
         let (direction, weight, chance, side) = if way < met.mirrored {
-            (blend(met.interface.reflected, h, m.specular_roughness), m.specular_colour, met.mirrored, one)
+            let colour = R::Vec3::from_f64(m.specular_colour.0.into());
+            (blend(met.interface.reflected, h, m.specular_roughness), colour, met.mirrored, one)
         } else if let Some(refracted) = met.interface.refracted.filter(|_| way < met.mirrored + met.through) {
             (blend(refracted, h - normal * (one + one) * h.dot(normal), m.refraction_roughness), Vector::ONE, met.through, -one)
         } else {

@@ -49,11 +49,10 @@ impl<R: Real> PathTracer<'_, R> {
     /// Index of refraction of a body, for the path's wavelength where it bends them apart.
     fn index_of(&self, path: &mut PathState<R>, body: Option<u32>, here: &ShadingContext<'_, R>) -> f64 {
         match body.map(|material| &self.scene.materials[material as usize]) {
-            Some(Material::Classic(m)) => match (&m.mixture, &m.transmission) {
-                (Some(mixture), _) => mixture.ior.unwrap_or(1.0),
-                (None, Some(transmission)) => transmission.glass.ior,
-                (None, None) => 1.0,
-            },
+            Some(Material::Classic(m)) => {
+                let of_glass = || m.transmission.as_ref().map(|transmission| transmission.glass.ior);
+                m.mixture.as_ref().map_or_else(of_glass, |mixture| mixture.ior).unwrap_or(1.0)
+            }
             Some(Material::Physical(m)) => {
                 let dispersion = m.layered.map_or(0.0, |place| self.scene.layers[place as usize].ior);
                 let ior = m.boundary_at(here).ior;

@@ -10,7 +10,8 @@ use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::{Density, LightSample, Target};
 use crate::material::LayeredBsdf;
-use crate::prepare::{Alpha, Material};
+use crate::prepare::Material;
+use crate::scene::AlphaMode;
 
 impl<R: Real> PathTracer<'_, R> {
     /// Share of a light that arrives where it is asked from, on a way that begins in these bodies, in each channel: what the way absorbs
@@ -44,8 +45,10 @@ impl<R: Real> PathTracer<'_, R> {
             share *= self.passes_media(&media, (met.surface.point - from.surface.point).length());
             let (passes, counts) = if varied.is_some() && hit.t >= before {
                 // What lies before it was passed: it is met, or nothing of it.
-                let own = self.scene.lights.emitters.of(met.object, hit.primitive) == varied;
-                return if own { share * self.given_off(&met) } else { Vector::ZERO };
+                let own = self.scene.lights.emitters.of(met.object, hit.primitive) == varied && self.scene.shines(&met);
+                let (material, here) = (&self.scene.materials[met.material as usize], self.scene.sources.at(&met));
+                // What a surface gives off, in its share that is there.
+                return if own { share * (material.emission_at(&here) * material.alpha_at(&here)) } else { Vector::ZERO };
             } else if self.scene.is_own(&light.target, &hit) {
                 return share;
             } else if self.nests()
@@ -66,15 +69,6 @@ impl<R: Real> PathTracer<'_, R> {
         Vector::ZERO
     }
 
-    /// What a surface gives off, in its share that is there.
-    fn given_off(&self, at: &Interaction<R>) -> R::Vec3 {
-        if !self.scene.shines(at) {
-            return Vector::ZERO;
-        }
-        let (material, here) = (&self.scene.materials[at.material as usize], self.scene.sources.at(at));
-        material.emission_at(&here) * material.alpha_at(&here)
-    }
-
     /// Share that a surface lets straight through, and whether a path that passes there has one more segment.
     fn through_wall(
         &self,
@@ -88,7 +82,7 @@ impl<R: Real> PathTracer<'_, R> {
             return (Vector::ONE, false);
         }
         let Material::Physical(m) = &self.scene.materials[at.material as usize] else { return (Vector::ZERO, false) };
-        if m.alpha != Alpha::Opaque {
+        if m.alpha != AlphaMode::Opaque {
             // What covers a part lets nothing through: paths do not find light straight through it either.
             return (Vector::splat(R::ONE - m.alpha_at(&self.scene.sources.at(at))), false);
         }
@@ -97,16 +91,5 @@ impl<R: Real> PathTracer<'_, R> {
         let mut bsdf = LayeredBsdf::new(Vector::ZERO);
         self.layers_at(&mut here, hit, at, (m, &self.scene.layers[place as usize]), &mut bsdf);
         (bsdf.straight(-at.direction), true)
-    }
-}
-
-impl<R: Real> Interaction<R> {
-    /// How far what a shadow ray aims at is.
-    pub(super) fn distance_to(&self, target: &Target<R>) -> R {
-        match target {
-            Target::Infinity => R::INFINITY,
-            Target::Point(target) | Target::Middle { point: target, .. } => (*target - self.surface.point).length(),
-            Target::Surface(target) => (target.point - self.surface.point).length(),
-        }
     }
 }

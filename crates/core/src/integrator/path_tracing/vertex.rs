@@ -24,10 +24,14 @@ impl<R: Real> PathTracer<'_, R> {
             self.emits(path, hit, at, material.emission_at(&here));
         }
         match material {
+            Material::Physical(m) if m.unlit => {
+                let shown = path.throughput * m.base_at(&here);
+                path.radiance += shown;
+                self.see(path.traced == 1, shown);
+                false
+            }
+            _ if path.traced >= self.max_depth => false,
             Material::Classic(m) => {
-                if path.traced >= self.max_depth {
-                    return false;
-                }
                 if let Some(mixture) = &m.mixture {
                     return self.mixed(path, at, mixture, m.colour.colour(&here));
                 }
@@ -41,15 +45,6 @@ impl<R: Real> PathTracer<'_, R> {
                 self.shade(path, hit, at, &bsdf, (glass.as_ref(), R::from_f64(PI)))
             }
             Material::Physical(m) => {
-                if m.unlit {
-                    let shown = path.throughput * m.base_at(&here);
-                    path.radiance += shown;
-                    self.see(path.traced == 1, shown);
-                    return false;
-                }
-                if path.traced >= self.max_depth {
-                    return false;
-                }
                 if let Some(place) = m.layered {
                     return self.layered(path, hit, at, (m, &scene.layers[place as usize]));
                 }

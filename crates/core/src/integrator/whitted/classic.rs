@@ -6,12 +6,12 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::super::Kernel;
 use super::super::spawn::stored;
 use super::WhittedTracer;
-use super::state::{NextRay, PathStep, ScatteredRays, WhittedState};
+use super::state::{NextRay, ScatteredRays, WhittedState};
 use crate::interaction::{Beam, Interaction};
 use crate::material::Glass;
 use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::sampler::Address;
-use crate::scene::SpecularModel;
+use crate::scene::{SpecularModel, TransmissionChoice};
 use crate::texture::ShadingContext;
 
 impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
@@ -23,7 +23,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-    ) -> PathStep<R> {
+    ) -> Option<WhittedState<R>> {
         let WhittedState { throughput, segments, address, .. } = *path;
         let radiance = &mut path.radiance;
         let mut here = self.scene.sources.at(at);
@@ -44,7 +44,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             return path.leave([None; 2]);
         }
         if let Some(transmission) = &m.transmission {
-            let leaving = self.refract((&transmission.glass, transmission.switch), path, hit, at, throughput);
+            let leaving = self.refract((&transmission.glass, transmission.choice), path, hit, at, throughput);
             return path.leave(leaving);
         }
         let Some(reflection) = &m.reflection else { return path.leave([None; 2]) };
@@ -65,7 +65,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         if segments > 1 {
             self.counters.reflection += 1;
         }
-        path.leave([Some(NextRay::new(self.scene.spawn(at, direction, R::ONE), throughput)), None])
+        path.leave([Some(NextRay { ray: self.scene.spawn(at, direction, R::ONE), throughput, rest: Vector::ZERO }), None])
     }
 
     /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the
@@ -143,7 +143,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     #[inline(always)]
     pub(super) fn refract(
         &mut self,
-        (glass, switch): (&Glass<R>, Option<R>),
+        (glass, choice): (&Glass<R>, TransmissionChoice),
         path: &WhittedState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
@@ -169,9 +169,9 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             this.counters.refraction += 1;
             leaves(this, refracted, -side, throughput)
         };
-        if let Some(threshold) = switch {
+        if let TransmissionChoice::Switch { threshold } = choice {
             // Schlick's reflectance at the *incident* angle, whichever side that is.
-            return if R::from_f64(interface.schlick(interface.cos_incident)) > threshold {
+            return if R::from_f64(interface.schlick(interface.cos_incident)) > R::from_f64(threshold) {
                 [Some(reflected(self, throughput * glass.reflected)), None]
             } else {
                 [Some(onward(self, throughput * glass.transmitted)), None]

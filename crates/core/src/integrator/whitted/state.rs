@@ -41,26 +41,8 @@ pub(crate) struct NextRay<R: Real> {
     pub rest: R::Vec3,
 }
 
-impl<R: Real> NextRay<R> {
-    /// A ray whose stored direction is all there is to know.
-    #[inline(always)]
-    pub fn new(ray: Ray<R>, throughput: R::Vec3) -> Self {
-        Self { ray, throughput, rest: Vector::ZERO }
-    }
-}
-
 /// The rays that leave a surface: the path's own, and another one, whose path comes first and brings its radiance to this one.
 pub(crate) type ScatteredRays<R> = [Option<NextRay<R>>; 2];
-
-/// What became of a path.
-pub(crate) enum PathStep<R: Real> {
-    /// It has another ray to be traced.
-    Onward,
-    /// First this path is to be followed to its end, and what it brings added.
-    Aside(WhittedState<R>),
-    /// It has brought all that it brings.
-    Ended,
-}
 
 impl<R: Real> WhittedState<R> {
     /// The path of a side branch that leaves at the vertex in the making.
@@ -81,9 +63,9 @@ impl<R: Real> WhittedState<R> {
         }
     }
 
-    /// Ends the vertex and takes up what leaves it.
+    /// Ends the vertex and takes up what leaves it. Returns the path that is to be followed to its end first, if there is one.
     #[inline(always)]
-    pub fn leave(&mut self, [onward, aside]: ScatteredRays<R>) -> PathStep<R> {
+    pub fn leave(&mut self, [onward, aside]: ScatteredRays<R>) -> Option<Self> {
         let aside = aside.map(|next| self.branch(&next, Branch::Reflected));
         self.covered += self.share;
         self.share = R::ZERO;
@@ -97,10 +79,6 @@ impl<R: Real> WhittedState<R> {
             }
             _ => self.segments = 0,
         }
-        match aside {
-            Some(aside) => PathStep::Aside(aside),
-            None if self.segments == 0 => PathStep::Ended,
-            None => PathStep::Onward,
-        }
+        aside
     }
 }

@@ -24,7 +24,7 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub absorption: Option<R::Vec3>,
     /// Radiance given off; none: nothing.
     pub emission: Option<Product<R>>,
-    pub alpha: Alpha<R>,
+    pub alpha: AlphaMode,
     pub opacity: Product<R>,
     pub unlit: bool,
     /// Whether it is a wall that bends no light.
@@ -92,14 +92,6 @@ impl<R: Real> PhysicalInputs<R> {
 /// What a black attenuation colour absorbs per metre: all, in a number that f32 has.
 const MOST_ABSORPTION: f64 = 1e30;
 
-/// What alpha means.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Alpha<R> {
-    Opaque,
-    Mask(R),
-    Blend,
-}
-
 pub(super) fn physical<R: Real>(
     m: &PhysicalData,
     inputs: &mut Compiler<'_, R>,
@@ -148,11 +140,7 @@ pub(super) fn physical<R: Real>(
         transmission,
         absorption: m.absorption().map(|absorption| R::Vec3::from_f64(absorption.map(|a| a.min(MOST_ABSORPTION)).into())),
         emission,
-        alpha: match m.alpha {
-            AlphaMode::Opaque => Alpha::Opaque,
-            AlphaMode::Mask { cutoff } => Alpha::Mask(R::from_f64(cutoff)),
-            AlphaMode::Blend => Alpha::Blend,
-        },
+        alpha: m.alpha,
         opacity,
         unlit: m.unlit,
         mirrors: !context.without.has(Effect::MirrorReflection),
