@@ -205,7 +205,7 @@ impl<N: Number> Albedo<N> {
         Self::of(|lane| look_up_mean(&TABLE, roughness.lane(lane)))
     }
 
-    /// Towards a direction on either side and its cosine, where a mask is set of facets that are rougher along one direction.
+    /// Towards a direction on either side, by its cosine; where a mask is set, of facets that are rougher along one direction.
     pub fn towards_either(direction: N::Vec3, cosine: N, roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
         let own = Self::towards(cosine, roughness);
         let Some((mask, facets)) = others else { return own };

@@ -61,7 +61,7 @@ impl<N: Number> Coating<N> {
     }
 }
 
-/// Rough facets about a normal, which a coat may have of its own, or a mirror that is as smooth as if it had none.
+/// Facets about a normal, which a coat may have of its own: rough, or as smooth as a mirror.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GgxLobe<N: Number> {
     pub(super) facets: Ggx<N>,
@@ -150,7 +150,7 @@ impl<N: Number> CoatedLobe<N> {
         Self { lobe, coating, importance: own * coating.once(normal, wo) }
     }
 
-    /// What it would send bare, under its coating; none where it sends nothing, also where directions have no half.
+    /// What the lobe would send bare, under its coating; none where it sends nothing, also where directions have no half.
     fn coated(&self, pair: &Pair<N>, (own, density): (N::Vec3, N)) -> (N::Vec3, N) {
         let (some, none) = (self.importance.above(N::ZERO), N::Vec3::ZERO);
         let sent = if own == none { own } else { N::Vec3::select(some, own * self.coating.passes(pair), none) };

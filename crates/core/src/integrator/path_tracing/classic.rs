@@ -8,9 +8,9 @@ use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::scene::SpecularModel;
 use crate::texture::ShadingContext;
 
-/// The lobes of a classic surface, whose glass has the index that it has there: `local`·`colour`·`diffuse` is Lambert's albedo, `specular` microfacets as sharp as its exponent,
-/// `reflection` a mirror of its weight at every angle, `transmission` a smooth dielectric. What all of them together would send back
-/// beyond one is taken from the diffuse one.
+/// The lobes of a classic surface: `local`·`colour`·`diffuse` is Lambert's albedo, `specular` microfacets as sharp as its exponent,
+/// `reflection` a mirror of its weight at every angle, `transmission` a smooth dielectric, whose glass is handed on with the index that
+/// it has there. What all of them together would send back beyond one is taken from the diffuse one.
 #[inline(always)]
 pub(super) fn lobes<R: Real>(
     (m, glass): (&ClassicInputs<R>, Option<&Glass<R>>),
