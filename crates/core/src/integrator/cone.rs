@@ -10,7 +10,7 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::PathSegment;
 use crate::camera::Cone;
 use crate::interaction::Interaction;
-use crate::prepare::{MeshUse, Prepared};
+use crate::prepare::Prepared;
 
 impl<R: Real> Interaction<R> {
     /// Makes the footprints, for the sets of texture coordinates that the material reads (Akenine-Möller et al., "Texture Level of
@@ -32,7 +32,9 @@ impl<R: Real> Interaction<R> {
         let data = &scene.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
         let [a, b, c] = corners.map(|i| DVec3::from(data.positions[i].map(f64::from)));
-        let area = in_world((b - a).cross(c - a), self.normals(scene, mesh, leg, hit)).length();
+        let (own, [x, y, z]) = ((b - a).cross(c - a), mesh.normals_at(scene, leg, hit));
+        // The area vector in the world: its map's cofactors are those of normals, times its determinant.
+        let area = ((x * own.x + y * own.y + z * own.z) / x.dot(y.cross(z))).length();
         for set in (0..self.footprint.len()).filter(|set| mesh.sets >> set & 1 != 0) {
             let own = match data.uvs.get(set).filter(|uvs| !uvs.is_empty()) {
                 Some(uvs) => {
@@ -45,15 +47,4 @@ impl<R: Real> Interaction<R> {
             self.footprint[set] = R::from_f64(spot * (own / area).sqrt());
         }
     }
-
-    /// The columns of the map that takes a mesh's normals to the world where a ray hit it.
-    fn normals(&self, scene: &Prepared<R>, mesh: &MeshUse<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> [DVec3; 3] {
-        let turned = |axis: DVec3| scene.geometry.normal(&leg.ray, hit, R::Vec3::from_f64(axis)).to_f64();
-        if mesh.turns { [DVec3::X, DVec3::Y, DVec3::Z].map(turned) } else { mesh.normals.map(Vector::to_f64) }
-    }
-}
-
-/// The area vector of a mesh's triangle in the world: its map's cofactors are those of normals, times its determinant.
-fn in_world(area: DVec3, [x, y, z]: [DVec3; 3]) -> DVec3 {
-    (x * area.x + y * area.y + z * area.z) / x.dot(y.cross(z))
 }

@@ -24,11 +24,8 @@ impl<R: Real> Interaction<R> {
     pub fn along(&self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> (R::Vec3, bool) {
         let (along, mirrored) = match &scene.objects[self.object as usize].mesh {
             Some(mesh) => {
-                let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(R::Vec3::from_f64);
-                let turned = || axes.map(|axis| scene.geometry.normal(&leg.ray, hit, axis));
-                let normals = if mesh.turns { turned() } else { mesh.normals };
                 let (own, area) = scene.tangent(mesh, hit);
-                to_world::<R>(normals, own, area)
+                to_world(mesh.normals_at(scene, leg, hit), own, area)
             }
             None => {
                 let parameters = scene.geometry.parameters(&leg.ray, hit);
@@ -37,6 +34,14 @@ impl<R: Real> Interaction<R> {
         };
         let from_behind = self.normal.dot(self.surface.normal) < R::ZERO;
         (R::Vec3::from_f64(along.normalize_or_zero()), mirrored != from_behind)
+    }
+}
+
+impl<R: Real> MeshUse<R> {
+    /// The columns of the map that takes the mesh's normals to the world where a ray hit it.
+    pub(super) fn normals_at(&self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> [DVec3; 3] {
+        let turned = |axis: DVec3| scene.geometry.normal(&leg.ray, hit, R::Vec3::from_f64(axis)).to_f64();
+        if self.turns { [DVec3::X, DVec3::Y, DVec3::Z].map(turned) } else { self.normals.map(Vector::to_f64) }
     }
 }
 
@@ -74,9 +79,8 @@ fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
 }
 
 /// A way in a mesh's own space in the world. `normals` are the columns of the map that takes normals there.
-fn to_world<R: Real>(normals: [R::Vec3; 3], own: DVec3, mirrored: bool) -> (DVec3, bool) {
+fn to_world([x, y, z]: [DVec3; 3], own: DVec3, mirrored: bool) -> (DVec3, bool) {
     // The map's linear part is the inverse transpose of that of normals, so but for the determinant its cofactors.
-    let [x, y, z] = normals.map(Vector::to_f64);
     let mapped = y.cross(z) * own.x + z.cross(x) * own.y + x.cross(y) * own.z;
     let mirrors = x.dot(y.cross(z)) < 0.0;
     (if mirrors { -mapped } else { mapped }, mirrored != mirrors)

@@ -33,8 +33,9 @@ use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightUsage, SkySample};
 use crate::observer::Observer;
-use crate::prepare::{Alpha, Material, Prepared};
+use crate::prepare::{Material, Prepared};
 use crate::sampler::{Address, Purpose, SampleHash, pair};
+use crate::scene::AlphaMode;
 use crate::settings::LightSampling;
 
 /// As many paths as go side by side: what there is of them stays in a core's own cache.
@@ -191,7 +192,7 @@ impl<R: Real> PathTracer<'_, R> {
         self.pass_media(path, at);
         self.keep_first(path, hit);
         if let Material::Physical(m) = &self.scene.materials[at.material as usize]
-            && m.alpha != Alpha::Opaque
+            && m.alpha != AlphaMode::Opaque
         {
             let alpha = m.alpha_at(&self.scene.sources.at(at));
             // A surface that covers a share of what is behind it is there as often.

@@ -3,8 +3,8 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::material::{Glass, MetallicRoughness};
-use crate::prepare::{Alpha, Boundary, Index, PhysicalInputs, PhysicalTransmission};
-use crate::scene::Physical as PhysicalData;
+use crate::prepare::{Boundary, Index, PhysicalInputs, PhysicalTransmission};
+use crate::scene::{AlphaMode, Physical as PhysicalData};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PhysicalTransmission<R> {
@@ -70,10 +70,9 @@ impl<R: Real> PhysicalInputs<R> {
             if self.vertex_colours { alpha * here.at.colour[3] } else { alpha }
         };
         match self.alpha {
-            Alpha::Opaque => R::ONE,
-            Alpha::Mask(cutoff) if alpha() < cutoff => R::ZERO,
-            Alpha::Mask(_) => R::ONE,
-            Alpha::Blend => Real::clamp(alpha(), R::ZERO, R::ONE),
+            AlphaMode::Mask { cutoff } if alpha() < R::from_f64(cutoff) => R::ZERO,
+            AlphaMode::Opaque | AlphaMode::Mask { .. } => R::ONE,
+            AlphaMode::Blend => Real::clamp(alpha(), R::ZERO, R::ONE),
         }
     }
 }

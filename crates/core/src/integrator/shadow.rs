@@ -5,10 +5,8 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 use super::{Kernel, PathSegment};
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample, Target};
-use crate::prepare::{Alpha, Material, Prepared, Spawn};
-
-/// A ray towards a light and the range before it.
-type ShadowRay<R> = (Ray<R>, Interval<R>);
+use crate::prepare::{Material, Prepared, Spawn};
+use crate::scene::AlphaMode;
 
 /// What lies between a point and a light.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +20,7 @@ pub(crate) struct ShadowResult<R> {
 impl<R: Real> Prepared<R> {
     /// The ray from a surface to a light that it sees, and the range before it; none where they meet.
     #[inline(always)]
-    pub(super) fn towards(&self, light: &LightSample<R>, at: &Interaction<R>) -> Option<ShadowRay<R>> {
+    pub(super) fn towards(&self, light: &LightSample<R>, at: &Interaction<R>) -> Option<(Ray<R>, Interval<R>)> {
         let (l, rules) = (light.direction, &self.rules);
         match (rules.spawn, &light.target) {
             // Surfaces are drawn and not points of a documented shader, whatever its rule.
@@ -36,12 +34,8 @@ impl<R: Real> Prepared<R> {
             }
             // The documented shaders measure from the surface, also where the ray starts off it.
             (Spawn::Constant { offset, shadow_min, .. }, target) => {
-                let p = at.surface.point;
-                let max = match target {
-                    Target::Point(position) | Target::Middle { point: position, .. } => (*position - p).length(),
-                    _ => rules.shadow_max_distance,
-                };
-                Some((Ray::new(p + l * offset, l), Interval { min: shadow_min, max }))
+                let max = if matches!(target, Target::Infinity) { rules.shadow_max_distance } else { at.distance_to(target) };
+                Some((Ray::new(at.surface.point + l * offset, l), Interval { min: shadow_min, max }))
             }
         }
     }
@@ -109,6 +103,17 @@ impl<R: Real> Prepared<R> {
     }
 }
 
+impl<R: Real> Interaction<R> {
+    /// How far what a shadow ray aims at is.
+    pub(super) fn distance_to(&self, target: &Target<R>) -> R {
+        match target {
+            Target::Infinity => R::INFINITY,
+            Target::Point(target) | Target::Middle { point: target, .. } => (*target - self.surface.point).length(),
+            Target::Surface(target) => (target.point - self.surface.point).length(),
+        }
+    }
+}
+
 /// A product of factors in 0..1 whose bits do not depend on their order, because occluders are met in the order of the
 /// accelerator: beyond the first factor, logarithms are summed as integers.
 #[derive(Clone, Copy, Debug, Default)]
@@ -150,7 +155,7 @@ fn passes<R: Real, K: Kernel>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -
     let even = material.shadow_transmittance();
     if K::PHYSICAL
         && let Material::Physical(m) = material
-        && (m.alpha != Alpha::Opaque || even.is_none())
+        && (m.alpha != AlphaMode::Opaque || even.is_none())
     {
         let at = Interaction::of::<K>(scene, &PathSegment::of(*ray), hit);
         return m.passes_at(&scene.sources.at(&at));

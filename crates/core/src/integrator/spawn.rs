@@ -47,13 +47,8 @@ impl<R: Real> Prepared<R> {
     /// A boundary of glass as a ray meets it, with all digits that are known.
     #[inline(always)]
     pub(super) fn interface(&self, leg: &PathSegment<R>, hit: &Hit<R>, at: &Interaction<R>, glass: &Glass<R>) -> Interface {
-        let [d, n] = self.exact_directions(leg, hit, at, at.side());
-        Interface::new(d, n, glass.eta(at.outside))
-    }
-
-    /// The ray's direction and the shading normal, turned by `side`: a normal that is the geometric one from before it was stored.
-    fn exact_directions(&self, leg: &PathSegment<R>, hit: &Hit<R>, at: &Interaction<R>, side: R) -> [DVec3; 2] {
         let (n, out) = (at.normal, at.surface.normal);
+        // A normal that is the geometric one from before it was stored.
         let known = || self.geometry.located(&leg.ray, hit).normal.to_f64();
         let n = if n == out {
             known()
@@ -62,7 +57,7 @@ impl<R: Real> Prepared<R> {
         } else {
             n.to_f64()
         };
-        [leg.ray.direction.to_f64() + leg.rest.to_f64(), n * side.to_f64()]
+        Interface::new(leg.ray.direction.to_f64() + leg.rest.to_f64(), n * at.side().to_f64(), glass.eta(at.outside))
     }
 }
 

@@ -10,7 +10,7 @@ use core::marker::PhantomData;
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
-use self::state::{PathStep, ScatteredRays, WhittedState};
+use self::state::WhittedState;
 use super::shadow::ShadowResult;
 use super::spawn::LeastDistances;
 use super::{CameraRays, FirstHit, FirstHits, Kernel, LightTransport, PACKET, PathResult, PathResults, PathSegment};
@@ -18,8 +18,9 @@ use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample};
 use crate::observer::Observer;
-use crate::prepare::{Alpha, Material, Prepared};
+use crate::prepare::{Material, Prepared};
 use crate::sampler::{Address, Purpose, pair};
+use crate::scene::AlphaMode;
 use crate::settings::Settings;
 
 /// After so many divisions of paths the observer is asked whether to go on.
@@ -121,16 +122,17 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         path
     }
 
-    /// What a path asks next.
+    /// The hit of a path's ray.
     #[inline(always)]
-    fn query(&self, path: &WhittedState<R>) -> (Ray<R>, Interval<R>) {
+    fn hit(&self, path: &WhittedState<R>) -> Option<Hit<R>> {
         let min = if path.camera { self.least.camera - path.leg.ahead } else { self.least.secondary };
-        (path.leg.ray, Interval { min, max: R::INFINITY })
+        self.scene.geometry.closest(&path.leg.ray, Interval { min, max: R::INFINITY }, &mut ())
     }
 
-    /// What one more segment makes of a path: it has met this, or nothing.
+    /// What one more segment makes of a path: it has met this, or nothing. Returns a side branch, whose path is to be followed to its end
+    /// before, and what it brings added.
     #[inline(always)]
-    fn advance(&mut self, path: &mut WhittedState<R>, hit: Option<&Hit<R>>) -> PathStep<R> {
+    fn advance(&mut self, path: &mut WhittedState<R>, hit: Option<&Hit<R>>) -> Option<WhittedState<R>> {
         let Some(hit) = hit else {
             let backdrop = if path.camera { self.scene.backdrop } else { None };
             let direction = path.leg.ray.direction;
@@ -140,7 +142,8 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             };
             path.radiance += path.throughput * seen;
             self.see(path.camera, path.throughput * seen);
-            return PathStep::Ended;
+            path.segments = 0;
+            return None;
         };
         // What `Interaction::of` does, in its place.
         let mut at = Interaction::begun(self.scene, &path.leg, hit);
@@ -154,14 +157,14 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         match &self.scene.materials[at.material as usize] {
             Material::Classic(m) => self.classic(m, path, hit, &at),
             Material::Physical(m) if K::PHYSICAL => {
-                if m.alpha != Alpha::Opaque
-                    && let Some(step) = self.cutout(m, path, hit, &at)
+                if m.alpha != AlphaMode::Opaque
+                    && let Some(aside) = self.cutout(m, path, hit, &at)
                 {
-                    return step;
+                    return aside;
                 }
                 self.physical(m, path, hit, &at)
             }
-            Material::Physical(_) | Material::Unused => path.leave(ScatteredRays::NONE),
+            Material::Physical(_) | Material::Unused => path.leave([None; 2]),
         }
     }
 
@@ -178,15 +181,10 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         while path.segments > 0 || self.resume(path) {
             let hit = match known.take() {
                 Some(hit) => hit,
-                None => path.met.or_else(|| {
-                    let (ray, range) = self.query(path);
-                    self.scene.geometry.closest(&ray, range, &mut ())
-                }),
+                None => path.met.or_else(|| self.hit(path)),
             };
-            match self.advance(path, hit.as_ref()) {
-                PathStep::Onward => {}
-                PathStep::Aside(aside) => self.wait(path, aside),
-                PathStep::Ended => path.segments = 0,
+            if let Some(aside) = self.advance(path, hit.as_ref()) {
+                self.wait(path, aside);
             }
         }
     }

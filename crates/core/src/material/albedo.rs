@@ -88,7 +88,7 @@ const fn differences<const COUNT: usize>(bytes: &[u8], from: usize) -> [[i16; 2]
 
 /// Between which of some steps a share lies, and how far.
 #[inline(always)]
-fn between(x: f64, steps: usize) -> (usize, f64) {
+pub(super) fn between(x: f64, steps: usize) -> (usize, f64) {
     // Also zero for what is no number.
     let x = if x > 0.0 { x.min(1.0) } else { 0.0 } * (steps - 1) as f64;
     let below = (x as usize).min(steps - 2);
@@ -196,30 +196,33 @@ impl<N: Number> Albedo<N> {
     /// Towards a direction, by its cosine.
     #[inline(always)]
     pub fn towards(cosine: N, roughness: N) -> Self {
-        let table = &TABLE;
-        Self::of(|lane| look_up(table, cosine.lane(lane), roughness.lane(lane)))
+        Self::of(|lane| look_up(&TABLE, cosine.lane(lane), roughness.lane(lane)))
     }
 
     /// In the mean over the hemisphere, by the cosine.
     #[inline(always)]
     pub fn mean(roughness: N) -> Self {
-        let table = &TABLE;
-        Self::of(|lane| look_up_mean(table, roughness.lane(lane)))
+        Self::of(|lane| look_up_mean(&TABLE, roughness.lane(lane)))
     }
 
-    /// Of anisotropic facets, towards a direction on either side.
-    pub fn anisotropic(facets: &Ggx<N>, direction: N::Vec3) -> Self {
-        let (local, alpha) = (facets.frame().to_local(direction), facets.alpha());
-        Self::of(|lane| look_up_anisotropic(&TABLE, local.lane(lane), alpha.map(|alpha| alpha.lane(lane))))
+    /// Towards a direction on either side, by its cosine; where a mask is set, of facets that are rougher along one direction.
+    pub fn towards_either(direction: N::Vec3, cosine: N, roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
+        let own = Self::towards(cosine, roughness);
+        let Some((mask, facets)) = others else { return own };
+        let (local, alpha) = (facets.frame().to_local(direction), facets.alpha);
+        let other = Self::of(|lane| look_up_anisotropic(&TABLE, local.lane(lane), alpha.map(|alpha| alpha.lane(lane))));
+        Self::select(*mask, other, own)
     }
 
     /// The same in the mean over the hemisphere.
-    pub fn anisotropic_mean(facets: &Ggx<N>) -> Self {
-        Self::of(|lane| look_up_anisotropic_mean(&TABLE, facets.alpha().map(|alpha| alpha.lane(lane))))
+    pub fn mean_of_either(roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
+        let own = Self::mean(roughness);
+        let Some((mask, facets)) = others else { return own };
+        let other = Self::of(|lane| look_up_anisotropic_mean(&TABLE, facets.alpha.map(|alpha| alpha.lane(lane))));
+        Self::select(*mask, other, own)
     }
 
-    /// One where a mask is set, and the other elsewhere.
-    pub fn select(mask: N::Mask, yes: Self, no: Self) -> Self {
+    fn select(mask: N::Mask, yes: Self, no: Self) -> Self {
         Self { lost: N::select(mask, yes.lost, no.lost), grazing: N::select(mask, yes.grazing, no.grazing) }
     }
 

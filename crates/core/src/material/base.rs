@@ -40,7 +40,7 @@ pub struct DiffuseCover<N: Number> {
 impl<N: Number> DiffuseCover<N> {
     /// It as it is seen along `wo` at a cosine.
     pub(super) fn seen(self, wo: N::Vec3, cosine: N) -> Self {
-        let [mut base, lost] = self.remainder.left(self.mean_albedo());
+        let [mut base, lost] = self.remainder.left(Albedo::mean_of_either(self.remainder.roughness, &self.anisotropic));
         if let Some((curved, _)) = self.curve {
             let mean = match &self.anisotropic {
                 None => mean_of(|cosine| self.left(N::Vec3::ZERO, cosine)[0]),
@@ -61,21 +61,9 @@ impl<N: Number> DiffuseCover<N> {
         Self { remainder: self.remainder.seen(self.left(wo, cosine), [base, lost]), ..self }
     }
 
-    fn mean_albedo(&self) -> Albedo<N> {
-        let isotropic = Albedo::mean(self.remainder.roughness);
-        match &self.anisotropic {
-            Some((mask, facets)) => Albedo::select(*mask, Albedo::anisotropic_mean(facets), isotropic),
-            None => isotropic,
-        }
-    }
-
     /// What is left towards a direction and its cosine: by the layer, and by white facets.
     fn left(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
-        let isotropic = Albedo::towards(cosine, self.remainder.roughness);
-        let albedo = match &self.anisotropic {
-            Some((mask, facets)) => Albedo::select(*mask, Albedo::anisotropic(facets, direction), isotropic),
-            None => isotropic,
-        };
+        let albedo = Albedo::towards_either(direction, cosine, self.remainder.roughness, &self.anisotropic);
         let [plain, lost] = self.remainder.left(albedo);
         let Some((curved, curve)) = &self.curve else { return [plain, lost] };
         let [base, _] = self.remainder.left_of(albedo.sent_by(|cosine| curve.at(cosine).max_element()), lost);
@@ -86,12 +74,8 @@ impl<N: Number> DiffuseCover<N> {
     fn factors(&self, pair: &Pair<N>) -> [N; 2] {
         let into = pair.into.max(-pair.into);
         let ([base, lost], seen) = (self.left(pair.wi, into), self.remainder.seen);
-        let [base, lost] = [base * seen[0], lost * seen[1]];
-        let base = self.literal.map_or(base, |[f0, f90]| {
-            let tilt = pair.folded().tilt;
-            N::ONE - (f0 + (f90 - f0) * schlick_weight(tilt))
-        });
-        [base, lost]
+        let literal = |[f0, f90]: [N; 2]| N::ONE - (f0 + (f90 - f0) * schlick_weight(pair.folded().tilt));
+        [self.literal.map_or(base * seen[0], literal), lost * seen[1]]
     }
 }
 
@@ -115,28 +99,21 @@ impl<N: Number> LobeKind<N> for DiffuseBase<N> {
         self.both
     }
 
-    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
-        let [base, lost] = self.top.factors(pair);
-        (self.back * base + self.interreflected * lost) / N::from_f64(PI)
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        let ([base, lost], pi) = (self.top.factors(pair), N::from_f64(PI));
+        ((self.back * base + self.interreflected * lost) / pi, self.back_share() * pair.into / pi)
     }
 
     fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
         self.back * (self.top.factors(pair)[0] / N::from_f64(PI))
     }
 
-    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         if !self.both {
-            return N::Vec3::ZERO;
+            return (N::Vec3::ZERO, N::ZERO);
         }
-        self.through * (self.top.factors(pair)[0] / N::from_f64(PI))
-    }
-
-    fn pdf(&self, pair: &Pair<N>) -> N {
-        self.back_share() * pair.into / N::from_f64(PI)
-    }
-
-    fn pdf_through(&self, pair: &Pair<N>) -> N {
-        (N::ONE - self.back_share()) * -pair.into / N::from_f64(PI)
+        let pi = N::from_f64(PI);
+        (self.through * (self.top.factors(pair)[0] / pi), (N::ONE - self.back_share()) * -pair.into / pi)
     }
 
     fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {

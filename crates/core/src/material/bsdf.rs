@@ -31,18 +31,10 @@ pub struct BsdfSample<N: Number> {
     pub delta: N::Mask,
 }
 
-impl<N: Number> Bsdf<N> {
+impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// A surface without lobes, which is black.
     #[inline(always)]
     pub fn new(normal: N::Vec3) -> Self {
-        Self::of_kind(normal)
-    }
-}
-
-impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
-    /// A surface without lobes, of whichever family.
-    #[inline(always)]
-    pub fn of_kind(normal: N::Vec3) -> Self {
         Self { normal, lobes: [L::NOTHING; MOST], count: 0 }
     }
 
@@ -87,20 +79,22 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.lobes().iter().all(L::is_delta)
     }
 
+    /// Sums over the lobes of values, and of densities by importance.
     #[inline(always)]
-    fn sum(&self, wo: N::Vec3, wi: N::Vec3, value: impl Fn(&L, &Pair<N>) -> N::Vec3) -> N::Vec3 {
-        let pair = Pair::new(self.normal, wo, wi);
-        let mut sum = N::Vec3::ZERO;
-        for lobe in self.lobes() {
-            sum += value(lobe, &pair);
+    fn sum(&self, pair: &Pair<N>, importances: &[N; MOST], of: impl Fn(&L, &Pair<N>) -> (N::Vec3, N)) -> (N::Vec3, N) {
+        let (mut value, mut sum) = (N::Vec3::ZERO, N::ZERO);
+        for (lobe, &importance) in self.lobes().iter().zip(importances) {
+            let (own, density) = of(lobe, pair);
+            value += own;
+            sum = sum + importance * density;
         }
-        sum
+        (value, sum)
     }
 
     /// Bidirectional reflectance from `wi`, which is above the surface, to `wo`; of delta lobes nothing.
     #[inline(always)]
     pub fn eval(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(wo, wi, L::eval)
+        self.sum(&Pair::new(self.normal, wo, wi), &[N::ZERO; MOST], L::eval_and_pdf).0
     }
 
     /// Whether some lobe lets light through that could have been drawn.
@@ -109,23 +103,11 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.lobes().iter().any(L::lets_through)
     }
 
-    /// [`Self::eval`] for a light on any side of the surface.
-    #[inline(always)]
-    pub fn eval_either(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        let above = self.normal.dot(wi).above(N::ZERO);
-        let pair = Pair::new(self.normal, wo, wi);
-        let (mut over, mut under) = (N::Vec3::ZERO, N::Vec3::ZERO);
-        for lobe in self.lobes() {
-            over += lobe.eval(&pair);
-            under += lobe.eval_through(&pair);
-        }
-        N::Vec3::select(above, over, under)
-    }
-
     /// [`Self::eval`] of what is diffused alone, for a light that makes no highlights.
     #[inline(always)]
     pub fn eval_diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(wo, wi, L::eval_diffuse)
+        let diffuse = |lobe: &L, pair: &Pair<N>| (lobe.eval_diffuse(pair), N::ZERO);
+        self.sum(&Pair::new(self.normal, wo, wi), &[N::ZERO; MOST], diffuse).0
     }
 
     /// What the choice among lobes goes by, of each of them, and the sum.
@@ -145,7 +127,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.eval_and_pdf(wo, wi).1
     }
 
-    /// [`Self::eval`] and [`Self::pdf`] together, which share most of what they compute.
+    /// [`Self::eval`] and [`Self::pdf`] together, which share most of what they compute; of what lets light through, for a light on
+    /// any side of the surface.
     #[inline(always)]
     pub fn eval_and_pdf(&self, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
         let cosine = self.normal.dot(wo);
@@ -155,20 +138,15 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     #[inline(always)]
     fn eval_and_pdf_by(&self, (importances, total): &([N; MOST], N), cosine: N, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
         let (pair, zero) = (Pair::new(self.normal, wo, wi), N::ZERO);
-        let (mut value, mut sum) = (N::Vec3::ZERO, zero);
-        for (lobe, &importance) in self.lobes().iter().zip(importances) {
-            let (own, density) = lobe.eval_and_pdf(&pair);
-            value += own;
-            sum = sum + importance * density;
-        }
+        let (value, sum) = self.sum(&pair, importances, L::eval_and_pdf);
         let (able, above) = (cosine.above(zero) & total.above(zero), self.normal.dot(wi).above(zero));
         let over = N::select(able & above, sum / *total, zero);
         if !self.lets_through() {
             return (value, over);
         }
-        let through = self.lobes().iter().zip(importances).map(|(lobe, &importance)| importance * lobe.pdf_through(&pair));
-        let sum = through.fold(zero, |sum, part| sum + part);
-        (value, N::select(able & zero.above(self.normal.dot(wi)), sum / *total, over))
+        let (through, sum) = self.sum(&pair, importances, L::eval_and_pdf_through);
+        let below = zero.above(self.normal.dot(wi));
+        (N::Vec3::select(below, through, value), N::select(able & below, sum / *total, over))
     }
 
     /// A direction for three numbers in [0, 1), of which the first chooses the lobe. Drawn in a frame about its normal.
@@ -178,13 +156,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         let importances = self.importances(cosine);
         let (each, total) = importances;
         let able = cosine.above(N::ZERO) & total.above(N::ZERO);
-        let mut out = BsdfSample {
-            some: N::Mask::default(),
-            direction: N::Vec3::ZERO,
-            weight: N::Vec3::ZERO,
-            density: N::ZERO,
-            delta: N::Mask::default(),
-        };
+        let (mut direction, mut weight, mut delta) = (N::Vec3::ZERO, N::Vec3::ZERO, N::Mask::default());
         let local = frame.to_local(wo);
         let mut before = N::ZERO;
         for ((lobe, chosen), importance) in self.lobes().iter().zip(self.chosen(&each, choice * total, able)).zip(each) {
@@ -194,33 +166,33 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
                 continue;
             }
             if lobe.is_delta() {
-                let (direction, weight) = lobe.sample_delta(self.normal, wo, u);
-                out.direction = N::Vec3::select(chosen, direction, out.direction);
-                out.weight = N::Vec3::select(chosen, weight / (importance / total), out.weight);
-                (out.some, out.delta) = (out.some | chosen, out.delta | chosen);
+                let (mirrored, share) = lobe.sample_delta(self.normal, wo, u);
+                direction = N::Vec3::select(chosen, mirrored, direction);
+                weight = N::Vec3::select(chosen, share / (importance / total), weight);
+                delta = delta | chosen;
             } else {
                 // How far into the lobe's share the choice lies is a number in [0, 1) too.
                 let rest = ((choice * total - start) / importance).max(N::ZERO);
-                out.direction = N::Vec3::select(chosen, lobe.sample(frame, wo, local, rest, [u, v]), out.direction);
+                direction = N::Vec3::select(chosen, lobe.sample(frame, wo, local, rest, [u, v]), direction);
             }
         }
-        let (value, density) = self.eval_and_pdf_by(&importances, cosine, wo, out.direction);
-        let facing = self.normal.dot(out.direction);
+        let (value, density) = self.eval_and_pdf_by(&importances, cosine, wo, direction);
+        let facing = self.normal.dot(direction);
         // Also false for NaN, and where nothing was drawn.
-        let mut sent = density.above(N::ZERO) & facing.above(N::ZERO) & !out.delta;
-        let mut weight = value * (facing / density);
+        let mut sent = density.above(N::ZERO) & facing.above(N::ZERO) & !delta;
+        let mut drawn = value * (facing / density);
         if self.lets_through() {
-            let below = density.above(N::ZERO) & N::ZERO.above(facing) & !out.delta;
-            weight = N::Vec3::select(below, self.eval_either(wo, out.direction) * (-facing / density), weight);
+            let below = density.above(N::ZERO) & N::ZERO.above(facing) & !delta;
+            drawn = N::Vec3::select(below, -drawn, drawn);
             sent = sent | below;
         }
-        let some = out.some | sent;
+        let some = delta | sent;
         BsdfSample {
             some,
-            direction: N::Vec3::select(some, out.direction, N::Vec3::ZERO),
-            weight: N::Vec3::select(sent, weight, out.weight),
+            direction: N::Vec3::select(some, direction, N::Vec3::ZERO),
+            weight: N::Vec3::select(sent, drawn, weight),
             density: N::select(sent, density, N::ZERO),
-            delta: out.delta,
+            delta,
         }
     }
 

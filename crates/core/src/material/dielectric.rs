@@ -30,7 +30,7 @@ pub struct Dielectric<N: Number> {
 /// Unpolarised reflectance of a facet by the cosine of incidence and the index there over the one beyond, and the cosine beyond; 1
 /// and none under total reflection.
 #[inline(always)]
-fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
+pub(super) fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
     let c = cosine.max(N::ZERO).min(N::ONE);
     let beyond2 = N::ONE - eta * eta * (N::ONE - c * c);
     let beyond = beyond2.max(N::ZERO).sqrt();
@@ -42,15 +42,10 @@ fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
 }
 
 impl<N: Number> Dielectric<N> {
-    #[inline(always)]
-    fn facets(&self, pair: &Pair<N>) -> Option<Ggx<N>> {
-        self.roughness.map(|roughness| Ggx::isotropic(pair.normal, roughness))
-    }
-
     /// The facet's normal that refracts between both directions, its cosines to them (the one of the light is below zero), and
     /// whether there is one.
     #[inline(always)]
-    fn between(&self, pair: &Pair<N>) -> (N::Vec3, [N; 2], N::Mask) {
+    pub(super) fn between(&self, pair: &Pair<N>) -> (N::Vec3, [N; 2], N::Mask) {
         let along = pair.wo * self.facet_eta + pair.wi;
         let length = along.dot(along).sqrt();
         let facet = along / length;
@@ -59,21 +54,6 @@ impl<N: Number> Dielectric<N> {
         // Indices that are equal bend nothing, and there is no facet to tell.
         let able = out.above(N::ZERO) & N::ZERO.above(into) & length.above(N::from_f64(1e-6));
         (facet, [out, into], able)
-    }
-
-    /// The cosine of the way back to the facet that refracts between both directions.
-    pub(super) fn tilt_through(&self, pair: &Pair<N>) -> N {
-        self.between(pair).1[0]
-    }
-
-    /// Density of the directions that such a facet refracts to: that of seen facets, times what turns it into theirs and the share that is
-    /// let through.
-    #[inline(always)]
-    fn refracted_pdf(&self, pair: &Pair<N>, facets: &Ggx<N>, facet: N::Vec3, [out, into]: [N; 2]) -> N {
-        let (reflectance, _) = fresnel(out, self.facet_eta);
-        let seen = N::from_f64(2.0) * out / (pair.out + facets.root(pair.wo, pair.out));
-        let denominator = self.facet_eta * out + into;
-        (N::ONE - reflectance) * (seen * -into / (facets.inverse_d(facet) * denominator * denominator))
     }
 }
 
@@ -95,36 +75,29 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
 
     /// What facets reflect.
     #[inline(always)]
-    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
-        let Some(facets) = self.facets(pair) else { return N::Vec3::ZERO };
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        let Some(roughness) = self.roughness else { return (N::Vec3::ZERO, N::ZERO) };
         let (reflectance, _) = fresnel(pair.tilt, self.facet_eta);
-        let (value, _) = pair.reflected(self.reflected * (self.share * reflectance), &facets);
-        N::Vec3::select(self.share.above(N::ZERO), value, N::Vec3::ZERO)
-    }
-
-    #[inline(always)]
-    fn pdf(&self, pair: &Pair<N>) -> N {
-        let Some(facets) = self.facets(pair) else { return N::ZERO };
-        fresnel(pair.tilt, self.facet_eta).0 * facets.eval_and_pdf(pair).1
+        let facets = Ggx::isotropic(pair.normal, roughness);
+        let (value, density) = pair.reflected(self.reflected * (self.share * reflectance), &facets);
+        (N::Vec3::select(self.share.above(N::ZERO), value, N::Vec3::ZERO), reflectance * density)
     }
 
     /// What facets let through.
     #[inline(always)]
-    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
-        let Some(facets) = self.facets(pair) else { return N::Vec3::ZERO };
-        let (facet, cosines, able) = self.between(pair);
-        let density = self.refracted_pdf(pair, &facets, facet, cosines);
+    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        let Some(roughness) = self.roughness else { return (N::Vec3::ZERO, N::ZERO) };
+        let (facets, (facet, [out, into], able)) = (Ggx::isotropic(pair.normal, roughness), self.between(pair));
+        // The density of seen facets, times what turns it into that of the directions they refract to, and the share let through.
+        let seen = N::from_f64(2.0) * out / (pair.out + facets.root(pair.wo, pair.out));
+        let denominator = self.facet_eta * out + into;
+        let spread = seen * -into / (facets.inverse_d(facet) * denominator * denominator);
+        let density = (N::ONE - fresnel(out, self.facet_eta).0) * spread;
         let below = -pair.into;
         // Smith's G₁ of the side beyond, over the cosine: what is seen from one side says nothing of what hides there.
         let value = self.transmitted * (self.share * density * N::from_f64(2.0) / (below + facets.root(pair.wi, below)));
-        N::Vec3::select(able & pair.out.above(N::ZERO) & below.above(N::ZERO), value, N::Vec3::ZERO)
-    }
-
-    #[inline(always)]
-    fn pdf_through(&self, pair: &Pair<N>) -> N {
-        let Some(facets) = self.facets(pair) else { return N::ZERO };
-        let (facet, cosines, able) = self.between(pair);
-        N::select(able, self.refracted_pdf(pair, &facets, facet, cosines), N::ZERO)
+        let lit = able & pair.out.above(N::ZERO) & below.above(N::ZERO);
+        (N::Vec3::select(lit, value, N::Vec3::ZERO), N::select(able, density, N::ZERO))
     }
 
     /// By the first number a facet reflects or refracts. Zero where that is lost.

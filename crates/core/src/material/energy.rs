@@ -20,13 +20,6 @@ pub(super) fn directional_albedo(f0: f64, roughness: f64, cosine: f64) -> f64 {
 /// Factor of what white facets send to each other, of ones that reflect f0 at normal and f90 at grazing incidence, and of which white ones
 /// lose a share in the mean: F̄²·Ē/(1 − F̄·(1 − Ē)) by the mean reflectance F̄ (Kulla, Conty 2017).
 #[inline(always)]
-pub(super) fn interreflected<N: Number>(f0: N::Vec3, f90: N, lost: N) -> N::Vec3 {
-    let part = |f0: N| interreflected_of(f0, f90, lost);
-    N::Vec3::new(part(f0.x()), part(f0.y()), part(f0.z()))
-}
-
-/// The same of one reflectance.
-#[inline(always)]
 pub(super) fn interreflected_of<N: Number>(f0: N, f90: N, lost: N) -> N {
     let mean = f0 + (f90 - f0) * N::from_f64(MEAN_GRAZING);
     mean * mean * (N::ONE - lost) / (N::ONE - mean * lost)
@@ -36,8 +29,9 @@ pub(super) fn interreflected_of<N: Number>(f0: N, f90: N, lost: N) -> N {
 /// dielectric and metal.
 #[inline(always)]
 pub(super) fn interreflections<N: Number>([f0, f90]: [N; 2], metal: N::Vec3, shares: [N; 2], lost: N) -> (N, N::Vec3) {
-    let dielectric = interreflected_of(f0, f90, lost);
-    (dielectric, interreflected::<N>(metal, N::ONE, lost) * shares[1] + N::Vec3::splat(dielectric * shares[0]))
+    let (dielectric, part) = (interreflected_of(f0, f90, lost), |f0: N| interreflected_of(f0, N::ONE, lost));
+    let metal = N::Vec3::new(part(metal.x()), part(metal.y()), part(metal.z()));
+    (dielectric, metal * shares[1] + N::Vec3::splat(dielectric * shares[0]))
 }
 
 /// The mean over the hemisphere, by the cosine, of what is said of cosines: Gauss's rule by their squares.

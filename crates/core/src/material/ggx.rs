@@ -20,11 +20,11 @@ pub(super) fn alpha<N: Number>(roughness: N) -> N {
 /// Facets about a normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx<N: Number> {
-    normal: N::Vec3,
+    pub(super) normal: N::Vec3,
     /// Unit, across the normal and each other; none: facets are as rough along any.
     axes: Option<[N::Vec3; 2]>,
     /// α along the axes.
-    alpha: [N; 2],
+    pub(super) alpha: [N; 2],
 }
 
 impl<N: Number> Ggx<N> {
@@ -47,16 +47,6 @@ impl<N: Number> Ggx<N> {
     /// Perceptual roughness of isotropic facets about as rough.
     pub fn roughness(&self) -> N {
         (self.alpha[0] * self.alpha[1]).sqrt().sqrt()
-    }
-
-    /// α along the axes.
-    pub(super) fn alpha(&self) -> [N; 2] {
-        self.alpha
-    }
-
-    /// The normal that they lie about.
-    pub fn normal(&self) -> N::Vec3 {
-        self.normal
     }
 
     /// The frame of the axes, any where there are none.
@@ -110,10 +100,13 @@ impl<N: Number> Ggx<N> {
         (d * visibility, d / (N::from_f64(2.0) * (pair.out + root)))
     }
 
-    /// The normal of a facet that is seen along `wo`, for two numbers in [0, 1).
-    pub(super) fn sample_wm(&self, wo: N::Vec3, point: [N; 2]) -> N::Vec3 {
+    /// The normal of a facet that is seen along `wo`, for two numbers in [0, 1), and the direction that is mirrored there; zero where that
+    /// is below a surface's normal. It meets another facet there and is lost: no other lobe may take it for light that goes through.
+    pub(super) fn sample_mirrored(&self, normal: N::Vec3, wo: N::Vec3, point: [N; 2]) -> (N::Vec3, N::Vec3) {
         let frame = self.frame();
-        frame.to_world(sample_wm::<N>(frame.to_local(wo), self.alpha, on_disk(point)))
+        let facet = frame.to_world(sample_wm::<N>(frame.to_local(wo), self.alpha, on_disk(point)));
+        let direction = mirrored::<N>(wo, facet);
+        (facet, N::Vec3::select(normal.dot(direction).above(N::ZERO), direction, N::Vec3::ZERO))
     }
 }
 

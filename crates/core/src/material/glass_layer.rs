@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use super::dielectric::Dielectric;
+use super::dielectric::{Dielectric, fresnel as facet_fresnel};
 use super::film::Film;
 use super::frame::Frame;
 use super::fresnel::{self, FresnelRule, schlick_weight};
-use super::ggx::{Ggx, mirrored};
+use super::ggx::Ggx;
 use super::interface::Interface;
 use super::lobe::{LobeKind, Pair};
 use crate::number::{Mask, Number, Vector3};
@@ -25,11 +25,6 @@ pub struct Tinted<N: Number> {
 }
 
 impl<N: Number> Tinted<N> {
-    /// Whether Fresnel's exact share is all there is to it.
-    fn is_plain(&self) -> bool {
-        self.film.is_none() && self.reflected == N::Vec3::ONE && self.rule != FresnelRule::Schlick
-    }
-
     /// What is reflected of a lane, by the cosines outside and inside; none of them where all is reflected.
     fn reflectance(&self, lane: usize, cosines: Option<[f64; 2]>) -> [f64; 3] {
         let Some([outside, inside]) = cosines else { return [1.0; 3] };
@@ -60,34 +55,25 @@ pub struct LayeredDielectric<N: Number> {
 }
 
 impl<N: Number> LayeredDielectric<N> {
-    /// Cosines at a lane's facet, on the ray's side and beyond; none of them where all is reflected.
-    fn cosines(&self, lane: usize, cosine: f64) -> Option<[f64; 2]> {
-        let (eta, c) = (N::exact_lane(self.boundary.eta, lane), cosine.clamp(0.0, 1.0));
-        let beyond = 1.0 - eta * eta * (1.0 - c * c);
-        (beyond > 0.0).then(|| [c, beyond.sqrt()])
+    /// What is reflected at a lane's facet, and what would be by Fresnel's share alone.
+    fn at(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
+        let (exact, beyond) = facet_fresnel(cosine, N::exact_lane(self.boundary.eta, lane));
+        let own = cosine.clamp(0.0, 1.0);
+        let cosines = (beyond > 0.0).then_some(if self.outside.lane(lane) { [own, beyond] } else { [beyond, own] });
+        (self.tinted.reflectance(lane, cosines).into(), exact)
     }
 
-    /// What is reflected there.
-    fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
-        let turned = |[own, beyond]: [f64; 2]| if self.outside.lane(lane) { [own, beyond] } else { [beyond, own] };
-        self.tinted.reflectance(lane, self.cosines(lane, cosine).map(turned))
-    }
-
-    /// Factors that turn what exact Fresnel's share reflects and lets through at a facet into what is.
-    fn factors(&self, cosine: N) -> [N::Vec3; 2] {
-        let exact = |lane: usize| {
-            let eta = N::exact_lane(self.boundary.eta, lane);
-            self.cosines(lane, cosine.lane(lane)).map_or(1.0, |[c, beyond]| fresnel::dielectric(c, Some(beyond), eta))
-        };
-        let factor = |of: fn([f64; 2]) -> f64| {
-            <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
-                let exact = exact(lane);
-                DVec3::from(self.at(lane, cosine.lane(lane)).map(|found| of([found, exact])))
-            })
-        };
-        let reflected = factor(|[found, exact]| if exact > 0.0 { found / exact } else { 0.0 });
-        let through = factor(|[found, exact]| if exact < 1.0 { (1.0 - found) / (1.0 - exact) } else { 0.0 });
-        [reflected, through]
+    /// What facets send, given what they would by Fresnel's share alone: times what `of` makes of both shares.
+    fn tint(&self, (own, density): (N::Vec3, N), cosine: N, of: fn(f64, f64) -> f64) -> (N::Vec3, N) {
+        let Tinted { reflected, film, rule, .. } = self.tinted;
+        if film.is_none() && reflected == N::Vec3::ONE && rule != FresnelRule::Schlick {
+            return (own, density);
+        }
+        let factor = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
+            let (found, exact) = self.at(lane, cosine.lane(lane));
+            found.map(|found| of(found, exact))
+        });
+        (own * factor, density)
     }
 }
 
@@ -104,22 +90,14 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
         self.boundary.lets_through()
     }
 
-    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
-        let own = self.boundary.eval(pair);
-        if self.tinted.is_plain() { own } else { own * self.factors(pair.tilt)[0] }
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        let factor = |found: f64, exact: f64| if exact > 0.0 { found / exact } else { 0.0 };
+        self.tint(self.boundary.eval_and_pdf(pair), pair.tilt, factor)
     }
 
-    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
-        let own = self.boundary.eval_through(pair);
-        if self.tinted.is_plain() { own } else { own * self.factors(self.boundary.tilt_through(pair))[1] }
-    }
-
-    fn pdf(&self, pair: &Pair<N>) -> N {
-        self.boundary.pdf(pair)
-    }
-
-    fn pdf_through(&self, pair: &Pair<N>) -> N {
-        self.boundary.pdf_through(pair)
+    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        let factor = |found: f64, exact: f64| if exact < 1.0 { (1.0 - found) / (1.0 - exact) } else { 0.0 };
+        self.tint(self.boundary.eval_and_pdf_through(pair), self.boundary.between(pair).1[0], factor)
     }
 
     fn sample(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
@@ -130,7 +108,7 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let drawn = |lane: usize| {
             let interface = Interface::new(-wo.lane(lane), normal.lane(lane), N::exact_lane(self.boundary.eta, lane));
-            let found = DVec3::from(self.at(lane, interface.cos_incident));
+            let (found, _) = self.at(lane, interface.cos_incident);
             // By the strongest channel, so that no weight is above one.
             let chance = found.max_element();
             match interface.refracted {
@@ -191,37 +169,25 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         self.facets.is_some()
     }
 
-    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
-        let Some(facets) = &self.facets else { return N::Vec3::ZERO };
-        pair.reflected(self.reflectance(pair.tilt) * self.share, facets).0
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        let Some(facets) = &self.facets else { return (N::Vec3::ZERO, N::ZERO) };
+        let found = self.reflectance(pair.tilt);
+        let (value, density) = pair.reflected(found * self.share, facets);
+        (value, found.max_element() * density)
     }
 
-    /// As the value above, for a light mirrored to there.
-    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
-        let Some(facets) = &self.facets else { return N::Vec3::ZERO };
+    /// As above, for a light mirrored to there.
+    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        let Some(facets) = &self.facets else { return (N::Vec3::ZERO, N::ZERO) };
         let folded = pair.folded();
-        let rest = N::Vec3::ONE - self.reflectance(folded.tilt);
-        folded.reflected(self.transmitted * rest * self.share, facets).0
-    }
-
-    fn pdf(&self, pair: &Pair<N>) -> N {
-        let chance = self.reflectance(pair.tilt).max_element();
-        self.facets.map_or(N::ZERO, |facets| chance * facets.eval_and_pdf(pair).1)
-    }
-
-    fn pdf_through(&self, pair: &Pair<N>) -> N {
-        let folded = pair.folded();
-        let chance = N::ONE - self.reflectance(folded.tilt).max_element();
-        self.facets.map_or(N::ZERO, |facets| chance * facets.eval_and_pdf(&folded).1)
+        let found = self.reflectance(folded.tilt);
+        let (value, density) = folded.reflected(self.transmitted * (N::Vec3::ONE - found) * self.share, facets);
+        (value, (N::ONE - found.max_element()) * density)
     }
 
     fn sample(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
         let Some(facets) = &self.facets else { return N::Vec3::ZERO };
-        let facet = facets.sample_wm(wo, point);
-        let up = mirrored::<N>(wo, facet);
-        let height = frame.normal.dot(up);
-        // What a facet sends to the wrong side meets another one, and is lost.
-        let up = N::Vec3::select(height.above(N::ZERO), up, N::Vec3::ZERO);
+        let (facet, up) = facets.sample_mirrored(frame.normal, wo, point);
         let down = up - frame.normal * (N::from_f64(2.0) * frame.normal.dot(up));
         let chance = self.reflectance(facet.dot(wo)).max_element();
         N::Vec3::select(chance.above(choice), up, down)

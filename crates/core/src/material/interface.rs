@@ -39,10 +39,10 @@ impl Interface {
         Self { reflected, refracted: Some(refracted), cos_incident, cos_transmitted, eta }
     }
 
-    /// Schlick's reflectance at the *incident* angle, whichever side that is.
-    pub fn schlick(&self) -> f64 {
+    /// Schlick's reflectance at an angle with this cosine.
+    pub fn schlick(&self, cosine: f64) -> f64 {
         let r0 = ((1.0 - self.eta) / (1.0 + self.eta)).powi(2);
-        r0 + (1.0 - r0) * fresnel::schlick_weight(self.cos_incident)
+        r0 + (1.0 - r0) * fresnel::schlick_weight(cosine)
     }
 
     /// Exact unpolarised reflectance; 1 under total reflection.

@@ -7,14 +7,13 @@
 use super::base::DiffuseBase;
 use super::energy::directional_albedo;
 use super::frame::Frame;
-use super::fresnel::schlick_weight;
-use super::ggx::{Ggx, LEAST_ROUGHNESS, mirrored};
+use super::ggx::{Ggx, mirrored};
 use super::glass_layer::{LayeredDielectric, ThinDielectric};
 use super::lobe::{LobeFamily, LobeKind, Pair};
 use super::reflectance::Reflectance;
 use super::sheen::Sheen;
 use super::stage::layer;
-use crate::number::{Mask, Number, Vector3};
+use crate::number::{Number, Vector3};
 
 /// Reflectance of a coat at normal incidence: its index is 1.5.
 pub(super) const COAT: f64 = 0.04;
@@ -34,15 +33,7 @@ impl<N: Number> Coat<N> {
     /// Share that it sends back to a direction.
     fn sent(&self, towards: N::Vec3) -> N {
         let cosine = self.normal.dot(towards).max(N::ZERO);
-        let share = N::of_lanes(|lane| {
-            let (cosine, roughness) = (cosine.lane(lane), self.roughness.lane(lane));
-            if roughness > LEAST_ROUGHNESS {
-                directional_albedo(COAT, roughness, cosine)
-            } else {
-                COAT + (1.0 - COAT) * schlick_weight(cosine)
-            }
-        });
-        self.weight * share
+        self.weight * N::of_lanes(|lane| directional_albedo(COAT, self.roughness.lane(lane), cosine.lane(lane)))
     }
 }
 
@@ -65,18 +56,16 @@ impl<N: Number> Coating<N> {
 
     /// Share of what a lobe sends from one direction to the other. What goes through the surface passes once.
     fn passes(&self, pair: &Pair<N>) -> N {
-        if self.coat.is_none() && self.sheen.is_none() {
-            return N::ONE;
-        }
         let out = self.once(pair.normal, pair.wo);
         N::select(pair.into.above(N::ZERO), out.min(self.once(pair.normal, pair.wi)), out)
     }
 }
 
-/// Rough facets about a normal, which a coat may have of its own.
+/// Facets about a normal, which a coat may have of its own: rough, or as smooth as a mirror.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GgxLobe<N: Number> {
     pub(super) facets: Ggx<N>,
+    pub(super) smooth: bool,
     pub(super) reflectance: Reflectance<N>,
 }
 
@@ -85,46 +74,31 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
         self.reflectance.at(cosine).max_element()
     }
 
-    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
-        // Its cosine is not the surface's.
-        let own = pair.about(self.facets.normal());
-        let sent = own.reflected(self.reflectance.at(pair.tilt), &self.facets).0 * (own.into / pair.into);
-        N::Vec3::select(own.into.above(N::ZERO), sent, N::Vec3::ZERO)
+    fn is_delta(&self) -> bool {
+        self.smooth
     }
 
-    fn pdf(&self, pair: &Pair<N>) -> N {
-        let own = pair.about(self.facets.normal());
-        N::select(own.out.above(N::ZERO) & own.into.above(N::ZERO), self.facets.eval_and_pdf(&own).1, N::ZERO)
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        if self.smooth {
+            return (N::Vec3::ZERO, N::ZERO);
+        }
+        // Its cosine is not the surface's.
+        let own = pair.about(self.facets.normal);
+        let (sent, density) = own.reflected(self.reflectance.at(pair.tilt), &self.facets);
+        let (out, into) = (own.out.above(N::ZERO), own.into.above(N::ZERO));
+        (N::Vec3::select(into, sent * (own.into / pair.into), N::Vec3::ZERO), N::select(out & into, density, N::ZERO))
     }
 
     fn sample(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
-        // What a facet sends below the surface is lost: no other lobe may take it for light that goes through.
-        let direction = mirrored::<N>(wo, self.facets.sample_wm(wo, point));
-        N::Vec3::select(frame.normal.dot(direction).above(N::ZERO), direction, N::Vec3::ZERO)
-    }
-}
-
-/// A smooth mirror about a normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Mirror<N: Number> {
-    pub(super) normal: N::Vec3,
-    pub(super) reflectance: Reflectance<N>,
-}
-
-impl<N: Number> LobeKind<N> for Mirror<N> {
-    fn importance(&self, cosine: N) -> N {
-        self.reflectance.at(cosine).max_element()
-    }
-
-    fn is_delta(&self) -> bool {
-        true
+        self.facets.sample_mirrored(frame.normal, wo, point).1
     }
 
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, _: N) -> (N::Vec3, N::Vec3) {
-        let direction = mirrored::<N>(wo, self.normal);
+        let own = self.facets.normal;
+        let direction = mirrored::<N>(wo, own);
         // A coat's normal may send it into the surface, where it is lost.
         let above = normal.dot(direction).above(N::ZERO);
-        (direction, N::Vec3::select(above, self.reflectance.at(self.normal.dot(wo)), N::Vec3::ZERO))
+        (direction, N::Vec3::select(above, self.reflectance.at(own.dot(wo)), N::Vec3::ZERO))
     }
 }
 
@@ -135,10 +109,8 @@ pub(super) enum LayerLobe<N: Number> {
     Diffuse(DiffuseBase<N>),
     /// Fibres.
     Sheen(Sheen<N>),
-    /// Rough facets.
+    /// Rough facets, or a smooth mirror.
     Ggx(GgxLobe<N>),
-    /// A smooth mirror.
-    Mirror(Mirror<N>),
     /// A boundary of a body that light enters.
     Dielectric(LayeredDielectric<N>),
     /// A wall too thin to bend anything.
@@ -152,7 +124,6 @@ macro_rules! ask {
             LayerLobe::Diffuse($of) => $question,
             LayerLobe::Sheen($of) => $question,
             LayerLobe::Ggx($of) => $question,
-            LayerLobe::Mirror($of) => $question,
             LayerLobe::Dielectric($of) => $question,
             LayerLobe::ThinDielectric($of) => $question,
         }
@@ -172,21 +143,18 @@ impl<N: Number> CoatedLobe<N> {
     /// A lobe under a coating, seen along `wo` about a normal.
     pub(super) fn new(lobe: LayerLobe<N>, coating: Coating<N>, normal: N::Vec3, wo: N::Vec3) -> Self {
         let cosine = match lobe {
-            LayerLobe::Ggx(ggx) => ggx.facets.normal().dot(wo),
-            LayerLobe::Mirror(mirror) => mirror.normal.dot(wo),
+            LayerLobe::Ggx(ggx) => ggx.facets.normal.dot(wo),
             _ => normal.dot(wo).max(N::ZERO),
         };
         let own = ask!(lobe, lobe => lobe.importance(cosine));
         Self { lobe, coating, importance: own * coating.once(normal, wo) }
     }
 
-    /// A part of what it sends, under its coating; none where it sends nothing, also where directions have no half.
-    fn coated(&self, pair: &Pair<N>, own: impl FnOnce() -> N::Vec3) -> N::Vec3 {
-        let some = self.importance.above(N::ZERO);
-        if !some.any() {
-            return N::Vec3::ZERO;
-        }
-        N::Vec3::select(some, own() * self.coating.passes(pair), N::Vec3::ZERO)
+    /// What the lobe would send bare, under its coating; none where it sends nothing, also where directions have no half.
+    fn coated(&self, pair: &Pair<N>, (own, density): (N::Vec3, N)) -> (N::Vec3, N) {
+        let (some, none) = (self.importance.above(N::ZERO), N::Vec3::ZERO);
+        let sent = if own == none { own } else { N::Vec3::select(some, own * self.coating.passes(pair), none) };
+        (sent, density)
     }
 
     /// What it sends straight on of light that comes along the way back: of smooth walls alone something.
@@ -218,30 +186,16 @@ impl<N: Number> LobeKind<N> for CoatedLobe<N> {
         ask!(self.lobe, lobe => lobe.lets_through())
     }
 
-    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
-        if self.is_delta() {
-            return N::Vec3::ZERO;
-        }
-        self.coated(pair, || ask!(self.lobe, lobe => lobe.eval(pair)))
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        self.coated(pair, ask!(self.lobe, lobe => lobe.eval_and_pdf(pair)))
     }
 
     fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
-        self.coated(pair, || ask!(self.lobe, lobe => lobe.eval_diffuse(pair)))
+        self.coated(pair, (ask!(self.lobe, lobe => lobe.eval_diffuse(pair)), N::ZERO)).0
     }
 
-    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
-        if !self.lets_through() {
-            return N::Vec3::ZERO;
-        }
-        self.coated(pair, || ask!(self.lobe, lobe => lobe.eval_through(pair)))
-    }
-
-    fn pdf(&self, pair: &Pair<N>) -> N {
-        ask!(self.lobe, lobe => lobe.pdf(pair))
-    }
-
-    fn pdf_through(&self, pair: &Pair<N>) -> N {
-        ask!(self.lobe, lobe => lobe.pdf_through(pair))
+    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        self.coated(pair, ask!(self.lobe, lobe => lobe.eval_and_pdf_through(pair)))
     }
 
     fn sample(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {

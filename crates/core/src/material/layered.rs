@@ -5,12 +5,12 @@ use super::base::{DiffuseBase, DiffuseCover};
 use super::bsdf::Bsdf;
 use super::energy::{Remainder, interreflections};
 use super::film::Film;
-use super::fresnel::{FresnelRule, conductor};
+use super::fresnel::FresnelRule;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use super::glass_layer::{LayeredDielectric, ThinDielectric, Tinted};
-use super::layer::{COAT, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe, Mirror};
+use super::layer::{COAT, Coat, CoatedLobe, Coating, GgxLobe, LayerLobe};
 use super::metallic_roughness::{Glass, MetallicRoughness};
-use super::reflectance::Reflectance;
+use super::reflectance::{Reflectance, of_conductor};
 use super::sheen::Sheen;
 use super::stage::{LayerStage, ReadAt, layer};
 use crate::number::{Mask, Number, Vector3};
@@ -45,7 +45,7 @@ pub struct Layered<S: LayerStage> {
     /// What is at its bottom.
     pub base: S::Base,
     /// Index of refraction of the dielectric part.
-    pub ior: S::Index,
+    pub ior: S::Constant,
     /// Factor of the dielectric part's reflectance, and its colour at normal incidence (KHR_materials_specular).
     pub specular: S::Share,
     /// The colour.
@@ -71,11 +71,11 @@ pub struct Layered<S: LayerStage> {
 }
 
 impl<S: LayerStage> Layered<S> {
-    /// What it is where its fields are read.
-    pub fn at<N: Number>(&self, here: &impl ReadAt<S, N>) -> Layered<N> {
+    /// What it is where its fields are read, over a base of this index.
+    pub fn at<N: Number>(&self, here: &impl ReadAt<S, N>, base: MetallicRoughness<N>, ior: N::Exact) -> Layered<N> {
         Layered {
-            base: here.base(&self.base),
-            ior: here.index(&self.ior),
+            base,
+            ior,
             specular: here.share(&self.specular),
             specular_colour: here.colour(&self.specular_colour),
             conductor: self.conductor.as_ref().map(|index| index.each_ref().map(|part| here.spectrum(part))),
@@ -121,17 +121,11 @@ impl<N: Number> Layered<N> {
     /// What its facets reflect, of which a share `dielectric` is not metal and no glass.
     fn reflectance(&self, dielectric: N) -> Reflectance<N> {
         let normal = (self.specular_colour * self.base.dielectric).min(N::Vec3::ONE) * self.specular;
-        let colour = self.conductor.map_or(self.base.base, |[n, k]| {
-            N::Vec3::of_lanes(|lane| {
-                let (n, k) = (n.lane(lane), k.lane(lane));
-                glam::DVec3::new(conductor(1.0, [n.x, k.x]), conductor(1.0, [n.y, k.y]), conductor(1.0, [n.z, k.z]))
-            })
-        });
         Reflectance {
             shares: [dielectric, self.base.metallic],
             dielectric: [normal, N::Vec3::splat(self.specular)],
             exact: (self.rule == FresnelRule::Exact).then_some(self.ior),
-            metal: colour,
+            metal: self.conductor.map_or(self.base.base, |index| of_conductor(N::ONE, index)),
             conductor: self.conductor.filter(|_| self.rule != FresnelRule::Schlick),
             film: self.film,
         }
@@ -139,7 +133,7 @@ impl<N: Number> Layered<N> {
 
     /// Its lobes, seen along `wo`.
     pub fn transport(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> LayeredBsdf<N> {
-        let mut bsdf = LayeredBsdf::of_kind(normal);
+        let mut bsdf = LayeredBsdf::new(normal);
         self.add_to(&mut bsdf, wo, outside);
         bsdf
     }
@@ -159,8 +153,7 @@ impl<N: Number> Layered<N> {
     /// Adds its lobes, seen along `wo`, to a list of none: where it stays, since it is too large to be handed on.
     pub fn add_to(&self, bsdf: &mut LayeredBsdf<N>, wo: N::Vec3, outside: N::Mask) {
         let (through, normal) = (self.base.through(), bsdf.normal());
-        let glassy = through.above(N::ZERO);
-        let mut list = LayeredBuilder { bsdf, normal, wo, coating: Coating::NONE };
+        let mut list = LayeredBuilder { bsdf, wo, coating: Coating::NONE };
         // From within a body, what lies over it is beyond the boundary, the facets of its paint too.
         let over = if self.base.glass.is_none() || self.thin { N::ONE } else { N::select(outside, N::ONE, N::ZERO) };
         let is_over = over.above(N::ZERO).any();
@@ -188,9 +181,7 @@ impl<N: Number> Layered<N> {
             let roughness = self.anisotropic().map_or(own, |(mask, facets)| N::select(mask, facets.roughness(), own));
             list.facets(self.facets(normal), reflectance, roughness);
         }
-        if self.base.glass.is_some() && glassy.any() {
-            self.glass(&mut list, through, outside);
-        }
+        self.glass(&mut list, through, outside);
     }
 
     /// What is diffused, back and on, below facets, and what these send to each other.
@@ -201,9 +192,10 @@ impl<N: Number> Layered<N> {
         });
         let roughness = self.base.roughness;
         // Combed facets are as rough as the rougher way even where the other is smooth.
-        let (mut rough, mut mean) = (roughness.above(N::from_f64(LEAST_ROUGHNESS)), Albedo::mean(roughness));
-        if let Some((combed, facets)) = &self.anisotropic() {
-            (rough, mean) = (*combed | rough, Albedo::select(*combed, Albedo::anisotropic_mean(facets), mean));
+        let (anisotropic, mut rough) = (self.anisotropic(), roughness.above(N::from_f64(LEAST_ROUGHNESS)));
+        let mean = Albedo::mean_of_either(roughness, &anisotropic);
+        if let Some((combed, _)) = anisotropic {
+            rough = combed | rough;
         }
         let (mut sent, mut own) = (zero, N::ZERO);
         let layer = [facets.dielectric[0].max_element() * over, facets.dielectric[1].max_element() * over];
@@ -211,20 +203,10 @@ impl<N: Number> Layered<N> {
             let (dielectric, all) = interreflections::<N>(layer, facets.metal, facets.shares, mean.lost);
             (own, sent) = (N::select(rough, dielectric, N::ZERO), N::Vec3::select(rough, all, zero));
         }
-        if back.max(through).max(sent).max_element().above(N::ZERO).any() {
-            let both = through.max_element().above(N::ZERO).any();
-            let top = self.top(list, facets, (Remainder::new([layer[0], layer[1], own], roughness), over));
-            list.push(LayerLobe::Diffuse(DiffuseBase { back, through, interreflected: sent, both, top }));
+        if !back.max(through).max(sent).max_element().above(N::ZERO).any() {
+            return;
         }
-    }
-
-    /// The dielectric facets over the base, in the share `over`: metal beside it takes none of the base's light.
-    fn top(
-        &self,
-        list: &LayeredBuilder<'_, N>,
-        facets: &Reflectance<N>,
-        (remainder, over): (Remainder<N>, N),
-    ) -> DiffuseCover<N> {
+        // The dielectric facets over the base, in the share `over`: metal beside it takes none of the base's light.
         let alone = Reflectance { shares: [over, N::ZERO], ..*facets };
         let literal = (self.rule == FresnelRule::Model).then(|| {
             let mixed = Reflectance { shares: [N::ONE - self.base.metallic, self.base.metallic], ..*facets };
@@ -233,12 +215,15 @@ impl<N: Number> Layered<N> {
         let filmed = facets.film.map_or(N::Mask::default(), |film| film.share.above(N::ZERO));
         let curved = if facets.exact.is_some() { !N::Mask::default() } else { filmed };
         let curve = curved.any().then_some((curved, alone));
-        DiffuseCover { remainder, anisotropic: self.anisotropic(), curve, literal }.seen(list.wo, list.normal.dot(list.wo))
+        let remainder = Remainder::new([layer[0], layer[1], own], roughness);
+        let top = DiffuseCover { remainder, anisotropic, curve, literal }.seen(list.wo, list.bsdf.normal().dot(list.wo));
+        let both = through.max_element().above(N::ZERO).any();
+        list.push(LayerLobe::Diffuse(DiffuseBase { back, through, interreflected: sent, both, top }));
     }
 
     /// The boundary of glass in its share.
     fn glass(&self, list: &mut LayeredBuilder<'_, N>, share: N, outside: N::Mask) {
-        let Some(glass) = self.base.glass else { return };
+        let Some(glass) = self.base.glass.filter(|_| share.above(N::ZERO).any()) else { return };
         let reflected = self.specular_colour.min(N::Vec3::ONE) * self.specular;
         let tinted = Tinted { reflected, film: self.film, rule: self.rule, ior: glass.ior };
         let (roughness, transmitted) = (self.base.roughness, glass.transmitted);
@@ -247,7 +232,7 @@ impl<N: Number> Layered<N> {
         for (of, is_rough) in [(rough, true), (!rough, false)] {
             let share = N::select(of, share, N::ZERO);
             if of.any() && self.thin {
-                let facets = is_rough.then(|| self.facets(list.normal));
+                let facets = is_rough.then(|| self.facets(list.bsdf.normal()));
                 list.push(LayerLobe::ThinDielectric(ThinDielectric { tinted, share, transmitted, facets }));
             } else if of.any() {
                 let boundary = bare.boundary(outside, share, is_rough.then_some(roughness));
@@ -260,24 +245,23 @@ impl<N: Number> Layered<N> {
 /// A list of lobes in the making.
 struct LayeredBuilder<'a, N: Number> {
     bsdf: &'a mut LayeredBsdf<N>,
-    normal: N::Vec3,
     wo: N::Vec3,
     coating: Coating<N>,
 }
 
 impl<N: Number> LayeredBuilder<'_, N> {
     fn push(&mut self, lobe: LayerLobe<N>) {
-        self.bsdf.add(CoatedLobe::new(lobe, self.coating, self.normal, self.wo));
+        self.bsdf.add(CoatedLobe::new(lobe, self.coating, self.bsdf.normal(), self.wo));
     }
 
     /// Facets where they are rough, a mirror where they are not.
     fn facets(&mut self, facets: Ggx<N>, reflectance: Reflectance<N>, roughness: N) {
         let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
-        if rough.any() {
-            self.push(LayerLobe::Ggx(GgxLobe { facets, reflectance: reflectance.masked(rough) }));
-        }
-        if (!rough).any() {
-            self.push(LayerLobe::Mirror(Mirror { normal: facets.normal(), reflectance: reflectance.masked(!rough) }));
+        for (of, smooth) in [(rough, false), (!rough, true)] {
+            if of.any() {
+                let shares = reflectance.shares.map(|share| N::select(of, share, N::ZERO));
+                self.push(LayerLobe::Ggx(GgxLobe { facets, smooth, reflectance: Reflectance { shares, ..reflectance } }));
+            }
         }
     }
 }

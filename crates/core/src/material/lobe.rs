@@ -92,7 +92,7 @@ pub trait LobeFamily<N: Number>: LobeKind<N> + Copy + core::fmt::Debug {
     /// A lobe that sends nothing.
     const NOTHING: Self;
     /// Whether there are mirrors about other normals than the surface's.
-    const COATED: bool;
+    const COATED: bool = false;
 }
 
 /// What a lobe does with light: nothing, where it does not say otherwise.
@@ -107,30 +107,16 @@ pub trait LobeKind<N: Number> {
     fn lets_through(&self) -> bool {
         false
     }
-    /// Its bidirectional reflectance, for a light above the surface.
-    fn eval(&self, _pair: &Pair<N>) -> N::Vec3 {
-        N::Vec3::ZERO
-    }
+    /// Its bidirectional reflectance for a light above the surface, and the density by solid angle with which [`Self::sample`] gives
+    /// the light's direction.
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N);
     /// The part of it that is diffused, with which it answers to lights that make no highlights.
     fn eval_diffuse(&self, _pair: &Pair<N>) -> N::Vec3 {
         N::Vec3::ZERO
     }
-    /// What it lets through of a light below the surface, over the cosine there.
-    fn eval_through(&self, _pair: &Pair<N>) -> N::Vec3 {
-        N::Vec3::ZERO
-    }
-    /// Density by solid angle with which [`Self::sample`] gives the light's direction, both above the surface.
-    fn pdf(&self, _pair: &Pair<N>) -> N {
-        N::ZERO
-    }
-    /// [`Self::eval`] and [`Self::pdf`].
-    #[inline(always)]
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        (self.eval(pair), self.pdf(pair))
-    }
-    /// The same of a light's direction below the surface.
-    fn pdf_through(&self, _pair: &Pair<N>) -> N {
-        N::ZERO
+    /// What it lets through of a light below the surface, over the cosine there, and the density of that light's direction.
+    fn eval_and_pdf_through(&self, _pair: &Pair<N>) -> (N::Vec3, N) {
+        (N::Vec3::ZERO, N::ZERO)
     }
     /// A direction for the way back, in the world and in the frame about the surface's normal, and three numbers in [0, 1). Of a
     /// lobe that is not delta.
@@ -145,7 +131,6 @@ pub trait LobeKind<N: Number> {
 
 impl<N: Number> LobeFamily<N> for Lobe<N> {
     const NOTHING: Self = Self::Mirror { f0: <N::Vec3 as Vector3<N>>::ZERO, f90: <N::Vec3 as Vector3<N>>::ZERO };
-    const COATED: bool = false;
 }
 
 impl<N: Number> LobeKind<N> for Lobe<N> {
@@ -160,20 +145,27 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     }
 
     #[inline(always)]
-    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        let by_cosine = |diffused: N::Vec3| (diffused / N::from_f64(PI), pair.into / N::from_f64(PI));
         match *self {
             Self::Diffuse { albedo, interreflected, remainder } => {
                 // Matte surfaces of the classic kind have no layer, and look nothing up.
                 if !remainder.is_covered() && !interreflected.max_element().above(N::ZERO).any() {
-                    return albedo / N::from_f64(PI);
+                    return by_cosine(albedo);
                 }
                 let [base, lost] = remainder.towards(pair.into);
-                (albedo * base + interreflected * lost) / N::from_f64(PI)
+                by_cosine(albedo * base + interreflected * lost)
             }
-            Self::Lambert { albedo } => albedo / N::from_f64(PI),
-            Self::Rough { .. } => self.eval_and_pdf(pair).0,
-            Self::Dielectric(boundary) => boundary.eval(pair),
-            Self::Mirror { .. } => N::Vec3::ZERO,
+            Self::Lambert { albedo } => by_cosine(albedo),
+            Self::Rough { f0, f90, roughness } => {
+                let reflectance = f0 + (f90 - f0) * schlick_weight(pair.tilt);
+                let (value, density) = pair.reflected(reflectance, &Ggx::isotropic(pair.normal, roughness));
+                // Also where directions are opposite, which have no half.
+                let some = f0.max(f90).max_element().above(N::ZERO);
+                (N::Vec3::select(some, value, N::Vec3::ZERO), density)
+            }
+            Self::Dielectric(boundary) => boundary.eval_and_pdf(pair),
+            Self::Mirror { .. } => (N::Vec3::ZERO, N::ZERO),
         }
     }
 
@@ -190,34 +182,8 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     }
 
     #[inline(always)]
-    fn eval_through(&self, pair: &Pair<N>) -> N::Vec3 {
-        if let Self::Dielectric(boundary) = self { boundary.eval_through(pair) } else { N::Vec3::ZERO }
-    }
-
-    #[inline(always)]
-    fn pdf_through(&self, pair: &Pair<N>) -> N {
-        if let Self::Dielectric(boundary) = self { boundary.pdf_through(pair) } else { N::ZERO }
-    }
-
-    #[inline(always)]
-    fn pdf(&self, pair: &Pair<N>) -> N {
-        match *self {
-            Self::Diffuse { .. } | Self::Lambert { .. } => pair.into / N::from_f64(PI),
-            Self::Rough { .. } => self.eval_and_pdf(pair).1,
-            Self::Dielectric(boundary) => boundary.pdf(pair),
-            Self::Mirror { .. } => N::ZERO,
-        }
-    }
-
-    /// Facets are asked once for both.
-    #[inline(always)]
-    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let Self::Rough { f0, f90, roughness } = *self else { return (self.eval(pair), self.pdf(pair)) };
-        let reflectance = f0 + (f90 - f0) * schlick_weight(pair.tilt);
-        let (value, density) = pair.reflected(reflectance, &Ggx::isotropic(pair.normal, roughness));
-        // Also where directions are opposite, which have no half.
-        let some = f0.max(f90).max_element().above(N::ZERO);
-        (N::Vec3::select(some, value, N::Vec3::ZERO), density)
+    fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        if let Self::Dielectric(boundary) = self { boundary.eval_and_pdf_through(pair) } else { (N::Vec3::ZERO, N::ZERO) }
     }
 
     #[inline(always)]
@@ -250,8 +216,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 (albedo * remainder.shown[0] + interreflected * remainder.shown[1]).max_element()
             }
             Self::Lambert { albedo } => albedo.max_element(),
-            Self::Rough { f0, f90, .. } => (f0 + (f90 - f0) * schlick_weight(cosine.max(N::ZERO))).max_element(),
-            Self::Mirror { .. } => self.reflectance(cosine).max_element(),
+            Self::Rough { .. } | Self::Mirror { .. } => self.reflectance(cosine).max_element(),
             Self::Dielectric(boundary) => boundary.importance(cosine),
         }
     }
@@ -266,10 +231,10 @@ impl<N: Number> Lobe<N> {
         N::Vec3::new(x, y, (N::ONE - u).max(N::ZERO).sqrt())
     }
 
-    /// Share that a mirror reflects at this cosine to the normal; of other lobes nothing.
+    /// Share that a mirror or facets reflect at this cosine to their normal; of other lobes nothing.
     #[inline(always)]
     pub fn reflectance(&self, cosine: N) -> N::Vec3 {
-        let Self::Mirror { f0, f90 } = *self else { return N::Vec3::ZERO };
+        let (Self::Rough { f0, f90, .. } | Self::Mirror { f0, f90 }) = *self else { return N::Vec3::ZERO };
         f0 + (f90 - f0) * schlick_weight(cosine.max(N::ZERO))
     }
 }

@@ -94,12 +94,6 @@ impl<N: Number> MetallicRoughness<N> {
         self.facets(N::ONE - self.metallic).0
     }
 
-    /// Reflectance at grazing incidence: all, but for what the dielectric part lacks of it.
-    #[inline(always)]
-    pub fn f90(&self) -> N {
-        self.facets(N::ONE - self.metallic).1
-    }
-
     /// Reflectances at normal and at grazing incidence of facets of which a share is dielectric.
     #[inline(always)]
     fn facets(&self, dielectric: N) -> (N::Vec3, N) {
@@ -133,7 +127,8 @@ impl<N: Number> MetallicRoughness<N> {
     /// The mirror that its glossy lobe is where the roughness is next to none.
     #[inline(always)]
     pub fn mirror(&self) -> Lobe<N> {
-        Lobe::Mirror { f0: self.f0(), f90: N::Vec3::splat(self.f90()) }
+        let (f0, f90) = self.facets(N::ONE - self.metallic);
+        Lobe::Mirror { f0, f90: N::Vec3::splat(f90) }
     }
 
     /// The lobes of local lighting: diffuse and glossy. How many is known when this is compiled, so nothing is left of the list.
@@ -187,7 +182,7 @@ impl<N: Number> MetallicRoughness<N> {
         let dielectric = N::ONE - self.metallic;
         let (f0, f90) = self.facets(dielectric);
         let (diffuse, _) = self.diffuse([dielectric, N::ONE], normal.dot(wo), compensated);
-        Bsdf::of_kind(normal).with(diffuse).with(Lobe::Rough { f0, f90: N::Vec3::splat(f90), roughness: self.roughness })
+        Bsdf::new(normal).with(diffuse).with(Lobe::Rough { f0, f90: N::Vec3::splat(f90), roughness: self.roughness })
     }
 
     /// Whether it reflects nothing, as a boundary without reflectance over no metal: then its diffuse lobe has all that it sends.

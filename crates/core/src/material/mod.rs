@@ -16,6 +16,8 @@
 //! assert!(bsdf.eval(wo, wi).x > bsdf.eval(wo, wi).y && bsdf.pdf(wo, wi) > 0.0);
 //! ```
 
+use std::sync::LazyLock;
+
 mod albedo;
 mod base;
 mod bsdf;
@@ -66,8 +68,13 @@ impl MaterialTables {
     /// Makes them, those that have not been made: in preparation, before a clock runs.
     pub(crate) fn prepare(&self) {
         if self.sheen {
-            sheen::prepare();
+            LazyLock::force(&sheen::SENT);
         }
-        spectrum::prepare(self.films, self.wavelengths);
+        if self.films {
+            LazyLock::force(&spectrum::COHERENCE);
+        }
+        if self.wavelengths {
+            LazyLock::force(&spectrum::CHANCES);
+        }
     }
 }

@@ -2,7 +2,7 @@
 //! thin film over it or not.
 
 use super::film::Film;
-use super::fresnel::{conductor, dielectric_in_air, schlick_weight};
+use super::fresnel::{conductor, dielectric_in_air, schlick, schlick_weight};
 use crate::number::{Mask, Number, Vector3};
 
 /// Reflectance by the cosine of incidence on a facet.
@@ -29,15 +29,19 @@ impl<N: Number> Reflectance<N> {
         let mut sum = N::Vec3::ZERO;
         for (k, &share) in self.shares.iter().enumerate() {
             if share.above(N::ZERO).any() {
-                let (bare, f0) = if k == 0 { self.of_dielectric(cosine) } else { self.of_metal(cosine) };
+                let by_colour = || schlick(self.metal, cosine);
+                let (bare, f0) = match k {
+                    0 => (self.of_dielectric(cosine), self.dielectric[0]),
+                    _ => (self.conductor.map_or_else(by_colour, |index| of_conductor(cosine, index)), self.metal),
+                };
                 sum += self.film.map_or(bare, |film| film.over(bare, f0, cosine)) * share;
             }
         }
         sum
     }
 
-    /// The dielectric part's, bare, and that at normal incidence.
-    fn of_dielectric(&self, cosine: N) -> (N::Vec3, N::Vec3) {
+    /// The dielectric part's, bare.
+    fn of_dielectric(&self, cosine: N) -> N::Vec3 {
         let [normal, grazing] = self.dielectric;
         let rise = self.exact.map_or(schlick_weight(cosine), |ior| {
             N::of_lanes(|lane| {
@@ -46,20 +50,7 @@ impl<N: Number> Reflectance<N> {
                 (dielectric_in_air(cosine.lane(lane), ior) - f0) / (1.0 - f0)
             })
         });
-        (normal + (grazing - normal) * rise, normal)
-    }
-
-    /// The same of the metal.
-    fn of_metal(&self, cosine: N) -> (N::Vec3, N::Vec3) {
-        let Some([n, k]) = self.conductor else {
-            return (self.metal + (N::Vec3::ONE - self.metal) * schlick_weight(cosine), self.metal);
-        };
-        let exact = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
-            let (n, k) = (n.lane(lane), k.lane(lane));
-            let of = |n: f64, k: f64| conductor(cosine.lane(lane), [n, k]);
-            glam::DVec3::new(of(n.x, k.x), of(n.y, k.y), of(n.z, k.z))
-        });
-        (exact, self.metal)
+        normal + (grazing - normal) * rise
     }
 
     /// Whether some of it reflects somewhere.
@@ -67,9 +58,13 @@ impl<N: Number> Reflectance<N> {
         let dielectric = self.dielectric[0].max(self.dielectric[1]).max_element() * self.shares[0];
         dielectric.max(self.shares[1]).above(N::ZERO).any()
     }
+}
 
-    /// It where a mask is set, and nothing elsewhere.
-    pub fn masked(self, mask: N::Mask) -> Self {
-        Self { shares: self.shares.map(|share| N::select(mask, share, N::ZERO)), ..self }
-    }
+/// That of a metal by its complex index in each channel.
+pub(super) fn of_conductor<N: Number>(cosine: N, [n, k]: [N::Vec3; 2]) -> N::Vec3 {
+    N::Vec3::of_lanes(|lane| {
+        let (n, k) = (n.lane(lane), k.lane(lane));
+        let of = |n: f64, k: f64| conductor(cosine.lane(lane), [n, k]);
+        glam::DVec3::new(of(n.x, k.x), of(n.y, k.y), of(n.z, k.z))
+    })
 }

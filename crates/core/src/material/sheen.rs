@@ -4,6 +4,7 @@
 use core::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
+use super::albedo::between;
 use super::frame::Frame;
 use super::lobe::{LobeKind, Pair, on_disk};
 use super::stage::layer;
@@ -24,7 +25,7 @@ layer! {
 impl<N: Number> Sheen<N> {
     /// Share of light that white fibres send back in a direction, and the rest of what a colour's strongest part does.
     pub(super) fn sent(&self, cosine: N) -> N {
-        let share = N::of_lanes(|lane| albedo(cosine.lane(lane), self.roughness.lane(lane)));
+        let share = N::of_lanes(|lane| looked_up(&SENT, cosine.lane(lane), self.roughness.lane(lane)).clamp(0.0, 1.0));
         self.colour.max_element() * share
     }
 }
@@ -34,18 +35,15 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
         self.sent(cosine)
     }
 
-    fn eval(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         let half = pair.normal.dot((pair.wo + pair.wi).normalize()).min(N::ONE);
         let cosines = |lane: usize| [pair.out.lane(lane), pair.into.lane(lane), half.lane(lane)];
-        self.colour * N::of_lanes(|lane| charlie(self.roughness.lane(lane), cosines(lane)))
+        let value = self.colour * N::of_lanes(|lane| charlie(self.roughness.lane(lane), cosines(lane)));
+        (value, N::from_f64(0.5 / PI))
     }
 
     fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
-        self.eval(pair)
-    }
-
-    fn pdf(&self, _: &Pair<N>) -> N {
-        N::from_f64(0.5 / PI)
+        self.eval_and_pdf(pair).0
     }
 
     fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
@@ -94,12 +92,7 @@ type Lobe = fn(f64, [f64; 3]) -> f64;
 
 /// Shares that are sent back, as published and as limited.
 static PUBLISHED: LazyLock<Vec<f64>> = LazyLock::new(|| table(published));
-static SENT: LazyLock<Vec<f64>> = LazyLock::new(|| table(charlie));
-
-/// Makes the tables, if that has not been done: before a clock runs.
-pub(super) fn prepare() {
-    LazyLock::force(&SENT);
-}
+pub(super) static SENT: LazyLock<Vec<f64>> = LazyLock::new(|| table(charlie));
 
 fn table(lobe: Lobe) -> Vec<f64> {
     let share = |i: usize| i as f64 / (STEPS - 1) as f64;
@@ -131,20 +124,9 @@ fn summed(lobe: Lobe, cosine: f64, roughness: f64, [heights, turns]: [usize; 2])
     sum * TAU / (heights * turns) as f64
 }
 
-/// Share of light that white fibres send back, at most one.
-fn albedo(cosine: f64, roughness: f64) -> f64 {
-    looked_up(&SENT, cosine, roughness).clamp(0.0, 1.0)
-}
-
 /// What a table has for a cosine and a roughness.
 fn looked_up(table: &[f64], cosine: f64, roughness: f64) -> f64 {
-    let place = |x: f64| {
-        // Also zero for what is no number.
-        let x = if x > 0.0 { x.min(1.0) } else { 0.0 } * (STEPS - 1) as f64;
-        let below = (x as usize).min(STEPS - 2);
-        (below, x - below as f64)
-    };
-    let ((i, u), (j, v)) = (place(cosine.max(0.0).sqrt()), place((roughness - LEAST) / (1.0 - LEAST)));
+    let ((i, u), (j, v)) = (between(cosine.max(0.0).sqrt(), STEPS), between((roughness - LEAST) / (1.0 - LEAST), STEPS));
     let row = |j: usize| table[j * STEPS + i] + (table[j * STEPS + i + 1] - table[j * STEPS + i]) * u;
     row(j) + (row(j + 1) - row(j)) * v
 }
@@ -162,7 +144,7 @@ mod tests {
             for cosine in [0.01, 0.03, 0.1, 0.22, 0.4, 0.63, 0.81, 1.0] {
                 let wanted = summed(charlie, cosine, roughness, [400, 120]);
                 assert!(wanted <= 1.005, "{roughness} at {cosine}: {wanted}");
-                worst = worst.max((albedo(cosine, roughness) - wanted).abs());
+                worst = worst.max((looked_up(&SENT, cosine, roughness).clamp(0.0, 1.0) - wanted).abs());
             }
         }
         assert!(worst < 0.02, "{worst}");

@@ -45,7 +45,7 @@ fn normalised(of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
 }
 
 /// Chances up to and with each step: a third of each channel's share.
-static CHANCES: LazyLock<Vec<f64>> = LazyLock::new(|| {
+pub(super) static CHANCES: LazyLock<Vec<f64>> = LazyLock::new(|| {
     let mut sum = 0.0;
     let each = WITHIN.iter().map(|[r, g, b]| {
         sum += (r + g + b) / 3.0;
@@ -90,7 +90,7 @@ const APART: f64 = 4.0;
 const ENTRIES: usize = 3000;
 
 /// The mean over white light of cos(2π·path/λ), by the path in steps, in each channel.
-static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
+pub(super) static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     let mut table = vec![[0.0; 3]; ENTRIES];
     for (step, shares) in SHARES.iter().enumerate() {
         // cos((n + 1)·a) = 2·cos(a)·cos(n·a) − cos((n − 1)·a).
@@ -105,16 +105,6 @@ static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     }
     table
 });
-
-/// Makes the tables of films and of wavelengths that are wanted, if that has not been done: before a clock runs.
-pub(super) fn prepare(films: bool, wavelengths: bool) {
-    if films {
-        LazyLock::force(&COHERENCE);
-    }
-    if wavelengths {
-        LazyLock::force(&CHANCES);
-    }
-}
 
 /// How much of an interference at this optical path, in nanometres, is left in the mean over white light, in each channel: from one, where
 /// all wavelengths agree, to nothing.

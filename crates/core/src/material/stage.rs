@@ -25,8 +25,6 @@ pub trait LayerStage {
     type Normal: Copy + Debug + PartialEq;
     /// A frame on the surface.
     type Frame: Copy + Debug + PartialEq;
-    /// An index of refraction.
-    type Index: Copy + Debug + PartialEq;
     /// The metallic-roughness model below the layers.
     type Base: Copy + Debug + PartialEq;
 }
@@ -41,7 +39,6 @@ impl<N: Number> LayerStage for N {
     type Spectrum = N::Vec3;
     type Normal = N::Vec3;
     type Frame = Frame<N>;
-    type Index = N::Exact;
     type Base = MetallicRoughness<N>;
 }
 
@@ -63,10 +60,6 @@ pub trait ReadAt<S: LayerStage, N: Number> {
     fn normal(&self, input: &S::Normal) -> N::Vec3;
     /// A frame about the surface's normal.
     fn frame(&self, input: &S::Frame) -> Frame<N>;
-    /// An index of refraction.
-    fn index(&self, input: &S::Index) -> N::Exact;
-    /// What lies below.
-    fn base(&self, input: &S::Base) -> MetallicRoughness<N>;
 }
 
 /// Makes a layer's struct of a list of fields: `field: Kind by reader;`.

@@ -196,7 +196,7 @@ fn rough_boundaries_are_reciprocal() {
             let wi = towards(NORMAL, -0.01 - 0.99 * c, core::f64::consts::TAU * d);
             // The other side has the other normal: the same boundary upside down.
             let turned = |v: DVec3| -v;
-            let (one, other) = (there.eval_either(wo, wi).x, back.eval_either(turned(wi), turned(wo)).x);
+            let (one, other) = (there.eval_and_pdf(wo, wi).0.x, back.eval_and_pdf(turned(wi), turned(wo)).0.x);
             assert!((other - eta * eta * one).abs() <= 1e-6 * other.abs(), "index {eta}: {one} and {other}");
             some += usize::from(one > 0.0);
         }

@@ -6,16 +6,16 @@ mod physical;
 
 use raywright_bvh::{Real, Vector};
 
-pub(crate) use classic::{ClassicInputs, MixtureInputs, SpecularInputs};
+pub(crate) use classic::{ClassicInputs, SpecularInputs};
 pub(super) use layered::Context;
 use layered::is_directed;
 pub(crate) use layered::{Directions, InputStage, LayeredInputs, Thickness, count_layered};
-pub(crate) use physical::{Alpha, Boundary, Index, PhysicalInputs, PhysicalTransmission};
+pub(crate) use physical::{Boundary, Index, PhysicalInputs, PhysicalTransmission};
 
 use super::error::PrepareError;
 use super::inputs::Compiler;
 use crate::material::MaterialTables;
-use crate::scene::{Colour, Material as MaterialData, Model, Scene};
+use crate::scene::{AlphaMode, Colour, Material as MaterialData, Model, Scene};
 use crate::texture::ShadingContext;
 
 /// The tables that prepared materials read.
@@ -40,11 +40,7 @@ pub(crate) enum Material<R: Real> {
 impl<R: Real> Material<R> {
     /// Whether nothing passes, wherever it is the occluder.
     pub fn is_opaque(&self) -> bool {
-        let solid = match self {
-            Self::Classic(_) | Self::Unused => true,
-            Self::Physical(m) => m.alpha == Alpha::Opaque,
-        };
-        solid && self.shadow_transmittance() == Some(R::ZERO)
+        self.covers() && self.shadow_transmittance() == Some(R::ZERO)
     }
 
     /// Whether it may give off light.
@@ -70,18 +66,18 @@ impl<R: Real> Material<R> {
         if let Self::Physical(m) = self { m.alpha_at(here) } else { R::ONE }
     }
 
-    /// Whether its inside absorbs light.
-    pub fn absorbs(&self) -> bool {
+    /// What its inside absorbs of light per metre; none where nothing.
+    pub fn absorption(&self) -> Option<R::Vec3> {
         match self {
-            Self::Classic(m) => m.mixture.as_ref().is_some_and(|mixture| mixture.absorption.is_some()),
-            Self::Physical(m) => m.absorption.is_some(),
-            Self::Unused => false,
+            Self::Classic(m) => m.mixture.map(|mixture| mixture.absorption).filter(|&a| a != Colour::BLACK).map(vector::<R>),
+            Self::Physical(m) => m.absorption,
+            Self::Unused => None,
         }
     }
 
     /// Whether no ray passes it straight, wherever it is the occluder: light bent by glass arrives on other ways.
     pub fn covers(&self) -> bool {
-        !matches!(self, Self::Physical(m) if m.alpha != Alpha::Opaque)
+        !matches!(self, Self::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
 
     /// Whether it is a wall that light passes straight.

@@ -35,8 +35,8 @@ pub use gap::ClosedGap;
 use geometry::GeometryNeeds;
 pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
 pub(crate) use material::{
-    Alpha, Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material, MixtureInputs, PhysicalInputs,
-    PhysicalTransmission, SpecularInputs, Thickness,
+    Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material, PhysicalInputs, PhysicalTransmission,
+    SpecularInputs, Thickness,
 };
 use prepared::Rules;
 pub(crate) use prepared::Spawn;
@@ -135,7 +135,7 @@ impl<R: Real> Prepared<R> {
             Background::Colour(c) => Some(Backdrop::Plain(Vector::from_f64(c.into()))),
         };
         let camera = Camera::towards(&view, settings.size, &built.geometry.bounded_part());
-        let absorbs = simulated.has(Effect::Absorption) && materials.iter().any(Material::absorbs);
+        let absorbs = simulated.has(Effect::Absorption) && materials.iter().any(|material| material.absorption().is_some());
         let priorities = if paths && simulated.has(Effect::NestedMedia) { priorities(scene) } else { Vec::new() };
         let mut prepared = Self {
             geometry_bytes: built.geometry.bytes(),

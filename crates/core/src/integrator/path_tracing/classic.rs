@@ -3,17 +3,17 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::interaction::Interaction;
-use crate::material::{Bsdf, Lobe, MetallicRoughness};
+use crate::material::{Bsdf, Glass, Lobe, MetallicRoughness};
 use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::scene::SpecularModel;
 use crate::texture::ShadingContext;
 
 /// The lobes of a classic surface: `local`·`colour`·`diffuse` is Lambert's albedo, `specular` microfacets as sharp as its exponent,
-/// `reflection` a mirror of its weight at every angle, `transmission` a smooth dielectric. What all of them together would send back
-/// beyond one is taken from the diffuse one.
+/// `reflection` a mirror of its weight at every angle, `transmission` a smooth dielectric, whose glass is handed on with the index that
+/// it has there. What all of them together would send back beyond one is taken from the diffuse one.
 #[inline(always)]
 pub(super) fn lobes<R: Real>(
-    m: &ClassicInputs<R>,
+    (m, glass): (&ClassicInputs<R>, Option<&Glass<R>>),
     here: &ShadingContext<'_, R>,
     at: &Interaction<R>,
     normal: R::Vec3,
@@ -22,8 +22,8 @@ pub(super) fn lobes<R: Real>(
     let local = unit(m.local.number(here));
     let mut bsdf = Bsdf::new(normal);
     let mut taken = R::Vec3::ZERO;
-    if let Some(transmission) = &m.transmission {
-        bsdf = bsdf.with(Lobe::Dielectric(transmission.glass.boundary(at.outside, R::ONE, None)));
+    if let Some(glass) = glass {
+        bsdf = bsdf.with(Lobe::Dielectric(glass.boundary(at.outside, R::ONE, None)));
         taken = R::Vec3::ONE;
     } else if let Some(reflection) = &m.reflection {
         let weight = R::Vec3::splat(unit(reflection.weight.number(here)));

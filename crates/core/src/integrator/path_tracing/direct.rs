@@ -8,7 +8,8 @@ use super::respond::LightResponse;
 use super::{PathState, PathTracer, weight};
 use crate::interaction::Interaction;
 use crate::light::{ChosenLight, Density, LightId, LightSample, Target};
-use crate::prepare::{Alpha, Material, Spawn};
+use crate::prepare::{Material, Spawn};
+use crate::scene::AlphaMode;
 use crate::settings::LightSampling;
 
 /// A light that a vertex asks.
@@ -200,7 +201,7 @@ impl<R: Real> PathTracer<'_, R> {
             return R::ONE;
         }
         match &self.scene.materials[record.material as usize] {
-            Material::Physical(m) if m.alpha != Alpha::Opaque => {
+            Material::Physical(m) if m.alpha != AlphaMode::Opaque => {
                 let at = Interaction::of::<General>(self.scene, &PathSegment::of(*ray), hit);
                 R::ONE - m.alpha_at(&self.scene.sources.at(&at))
             }

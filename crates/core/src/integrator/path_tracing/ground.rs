@@ -19,13 +19,10 @@ impl<R: Real> PathTracer<'_, R> {
         let t = (ground.height - ray.origin.y()) / ray.direction.y();
         // Seen from below, it is not there.
         let is_met = ray.direction.y() < zero && t > -leg.ahead;
-        if !is_met {
-            return R::ONE;
-        }
         let met = ray.at(t);
         let point: R::Vec3 = Vector::new(met.x(), ground.height, met.z());
         let is_near = (point - ground.centre).length() <= ground.reach;
-        if !is_near {
+        if !(is_met && is_near) {
             return R::ONE;
         }
         let direction = Vector::from_f64(ground.light.direction(pair(*address, Purpose::Ground).map(f64::from)));

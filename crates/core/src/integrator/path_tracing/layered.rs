@@ -20,7 +20,7 @@ impl<R: Real> PathTracer<'_, R> {
         at: &Interaction<R>,
         (m, layered): (&PhysicalInputs<R>, &LayeredInputs<R>),
     ) -> bool {
-        let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
+        let mut bsdf = LayeredBsdf::new(Vector::ZERO);
         let bent = self.layers_at(path, hit, at, (m, layered), &mut bsdf);
         self.shade(path, hit, at, &bsdf, (bent.as_ref(), R::ONE))
     }
@@ -50,7 +50,7 @@ impl<R: Real> PathTracer<'_, R> {
         let normal = if two_sided { at.facing_normal() } else { at.normal };
         let base = MetallicRoughness { dielectric: boundary.f0, ..base };
         let bumpy = m.bump.is_some();
-        let model = layered.at(&PointReader { scene: self.scene, leg: &path.leg, hit, at, here, normal, bumpy, base, ior });
+        let model = layered.at(&PointReader { scene: self.scene, leg: &path.leg, hit, at, here, normal, bumpy }, base, ior);
         bsdf.renew(normal);
         model.add_to(bsdf, -at.direction, at.outside);
         model.base.glass.filter(|_| !m.thin)
@@ -68,8 +68,6 @@ struct PointReader<'a, R: Real> {
     normal: R::Vec3,
     /// Whether an image bends the surface's.
     bumpy: bool,
-    base: MetallicRoughness<R>,
-    ior: f64,
 }
 
 impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
@@ -117,24 +115,12 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
     fn frame(&self, input: &Directions<R>) -> Frame<R> {
         let frame = self.at.frame(self.scene, self.leg, self.hit);
         let [cos, sin] = input.turn;
-        let (x, y) = match &input.image {
-            None => (R::ONE, R::ZERO),
-            Some(image) => {
-                let code = image.colour(&self.here);
-                let one = R::ONE;
-                (code.x() + code.x() - one, code.y() + code.y() - one)
-            }
-        };
+        let (x, y) = input.image.as_ref().map_or((R::ONE, R::ZERO), |image| {
+            let code = image.colour(&self.here);
+            (code.x() + code.x() - R::ONE, code.y() + code.y() - R::ONE)
+        });
         let along = frame.tangent * (x * cos - y * sin) + frame.bitangent * (x * sin + y * cos);
         Frame::along(self.normal, along, false)
-    }
-
-    fn index(&self, _: &f64) -> f64 {
-        self.ior
-    }
-
-    fn base(&self, (): &()) -> MetallicRoughness<R> {
-        self.base
     }
 }
 

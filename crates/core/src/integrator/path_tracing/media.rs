@@ -5,7 +5,6 @@ use raywright_bvh::{Interval, Real, Vector};
 use super::super::{General, PathSegment};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::prepare::Material;
 
 /// Bodies that a path can be in at once; a deeper one is not noticed.
 const DEEPEST: usize = 7;
@@ -25,10 +24,7 @@ impl Media {
     pub fn beyond(mut self, material: u32, outside: bool) -> Self {
         let count = self.count as usize;
         if outside {
-            if let Some(slot) = self.inside.get_mut(count) {
-                *slot = material;
-                self.count += 1;
-            }
+            self.insert(count, material);
         } else if let Some(place) = self.last_of(material) {
             self.inside.copy_within(place + 1..count, place);
             self.count -= 1;
@@ -36,14 +32,13 @@ impl Media {
         self
     }
 
-    /// The same with a body around all others.
-    fn around_all(mut self, material: u32) -> Self {
+    /// Adds a body before those from a place on, which are within it.
+    fn insert(&mut self, place: usize, material: u32) {
         if (self.count as usize) < DEEPEST {
-            self.inside.copy_within(0..self.count as usize, 1);
-            self.inside[0] = material;
+            self.inside.copy_within(place..self.count as usize, place + 1);
+            self.inside[place] = material;
             self.count += 1;
         }
-        self
     }
 
     /// Whether a path is in a body of a material.
@@ -74,11 +69,11 @@ impl<R: Real> PathTracer<'_, R> {
             let range = Interval { min: self.least.secondary, max: R::INFINITY };
             let Some(hit) = scene.geometry.closest(&leg.ray, range, &mut ()) else { break };
             let at = Interaction::of::<General>(scene, &leg, &hit);
-            if self.absorbs(at.material).is_some() || self.nests() && self.bounds_glass(at.material) {
+            if scene.materials[at.material as usize].absorption().is_some() || self.nests() && self.bounds_glass(at.material) {
                 if at.outside || entered.has(at.material) {
                     entered = entered.beyond(at.material, at.outside);
                 } else {
-                    around = around.around_all(at.material);
+                    around.insert(0, at.material);
                 }
             }
             leg.go_on(&self.scene.spawn(&at, at.direction, -R::ONE), Vector::ZERO);
@@ -102,32 +97,22 @@ impl<R: Real> PathTracer<'_, R> {
     /// Takes from a path what is absorbed on its way to what it met.
     #[inline(always)]
     pub(super) fn pass_media(&self, path: &mut PathState<R>, at: &Interaction<R>) {
-        if self.scene.absorbs
-            && let Some(absorption) = self.absorption(&path.media, at)
-        {
-            path.throughput *= absorbed::<R>(absorption, at.distance);
+        if self.scene.absorbs {
+            // Also where a path got in by a way that it was not seen to take.
+            let around = self.around(&path.media).or((!at.outside).then_some(at.material));
+            path.throughput *= self.passes_body(around, at.distance);
         }
-    }
-
-    /// What a metre of the way to a hit absorbs; none where nothing does.
-    fn absorption(&self, media: &Media, at: &Interaction<R>) -> Option<R::Vec3> {
-        // Also where a path got in by a way that it was not seen to take.
-        let around = self.around(media).or((!at.outside).then_some(at.material))?;
-        self.absorbs(around)
     }
 
     /// Share of light that passes the way of a shadow ray, which meets nothing on it.
     pub(super) fn passes_media(&self, media: &Media, distance: R) -> R::Vec3 {
-        let absorption = self.around(media).and_then(|around| self.absorbs(around)).filter(|_| self.scene.absorbs);
-        absorption.map_or(Vector::ONE, |absorption| absorbed::<R>(absorption, distance))
+        self.passes_body(self.around(media).filter(|_| self.scene.absorbs), distance)
     }
 
-    fn absorbs(&self, material: u32) -> Option<R::Vec3> {
-        match &self.scene.materials[material as usize] {
-            Material::Classic(m) => m.mixture.as_ref().and_then(|mixture| mixture.absorption),
-            Material::Physical(m) => m.absorption,
-            Material::Unused => None,
-        }
+    /// What passes of light on its way through a body; all where it is in none.
+    fn passes_body(&self, body: Option<u32>, distance: R) -> R::Vec3 {
+        let absorption = body.and_then(|material| self.scene.materials[material as usize].absorption());
+        absorption.map_or(Vector::ONE, |absorption| absorbed::<R>(absorption, distance))
     }
 }
 

@@ -7,8 +7,8 @@ use raywright_bvh::{Real, Vector};
 use super::scatter::ScatteredRay;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lobe, schlick_weight};
-use crate::prepare::MixtureInputs;
+use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lobe};
+use crate::scene::Mixture;
 
 /// Least chance by which the published shader divides.
 const LEAST_CHANCE: f64 = 0.001;
@@ -22,7 +22,7 @@ struct MixtureChances {
 }
 
 impl MixtureChances {
-    fn new<R: Real>(m: &MixtureInputs<R>, at: &Interaction<R>) -> Self {
+    fn new<R: Real>(m: &Mixture, at: &Interaction<R>) -> Self {
         let normal = at.facing_normal();
         let eta = m.ior.map_or(1.0, |ior| if at.outside { 1.0 / ior } else { ior });
         let interface = Interface::new(at.direction.to_f64(), normal.to_f64(), eta);
@@ -34,8 +34,7 @@ impl MixtureChances {
                 None => 1.0,
                 Some(refracted) => {
                     let cosine = if eta > 1.0 { -refracted.dot(normal.to_f64()) } else { interface.cos_incident };
-                    let r0 = ((1.0 - eta) / (1.0 + eta)).powi(2);
-                    r0 + (1.0 - r0) * schlick_weight(cosine.max(0.0))
+                    interface.schlick(cosine.max(0.0))
                 }
             };
             mirrored = s + (1.0 - s) * fresnel;
@@ -51,11 +50,11 @@ impl MixtureChances {
 impl<R: Real> PathTracer<'_, R> {
     /// Sends a path on from such a surface; whether it goes on.
     #[inline(never)]
-    pub(super) fn mixed(&mut self, path: &mut PathState<R>, at: &Interaction<R>, m: &MixtureInputs<R>, albedo: R::Vec3) -> bool {
+    pub(super) fn mixed(&mut self, path: &mut PathState<R>, at: &Interaction<R>, m: &Mixture, albedo: R::Vec3) -> bool {
         let (met, normal) = (MixtureChances::new(m, at), at.facing_normal());
         let diffused = 1.0 - met.mirrored - met.through;
         if !m.published_roulette && diffused > 0.0 {
-            let matte = Bsdf::new(normal).with(Lobe::Lambert { albedo: albedo * R::from_f64(diffused) });
+            let matte = Bsdf::<R>::new(normal).with(Lobe::Lambert { albedo: albedo * R::from_f64(diffused) });
             self.light(path, at, &matte, R::from_f64(PI));
         }
         let [way, u, v, luck] = path.draws.scatter.map(R::from_f32);
@@ -68,7 +67,8 @@ impl<R: Real> PathTracer<'_, R> {
         };
         let one = R::ONE;
         let (direction, weight, chance, side) = if way < met.mirrored {
-            (blend(met.interface.reflected, h, m.specular_roughness), m.specular_colour, met.mirrored, one)
+            let colour = R::Vec3::from_f64(m.specular_colour.0.into());
+            (blend(met.interface.reflected, h, m.specular_roughness), colour, met.mirrored, one)
         } else if let Some(refracted) = met.interface.refracted.filter(|_| way < met.mirrored + met.through) {
             (blend(refracted, h - normal * (one + one) * h.dot(normal), m.refraction_roughness), Vector::ONE, met.through, -one)
         } else {
@@ -78,18 +78,16 @@ impl<R: Real> PathTracer<'_, R> {
         let density = if priced { R::from_f64(diffused / PI) * normal.dot(h) } else { R::ZERO };
         let mut drawn = BsdfSample { some: true, direction, weight, density, delta: !priced };
         if m.published_roulette {
-            let Some(weight) = published::<R>(path.throughput, weight, chance, luck) else { return false };
-            drawn.weight = weight;
+            let divided = weight * R::from_f64(1.0 / chance.max(LEAST_CHANCE));
+            let largest = (path.throughput * divided).max_element();
+            // Also ends what is no number.
+            if !(luck < largest && largest.is_finite()) {
+                return false;
+            }
+            drawn.weight = divided * (one / largest);
         }
         let ray = self.scene.spawn(at, direction, if normal == at.normal { side } else { -side });
         let (smooth, through) = (way < met.mirrored, side != one);
         self.go_on(path, at, &drawn, ScatteredRay { ray, rest: Vector::ZERO, lit: normal, smooth, through, straight: false })
     }
-}
-
-/// What a path is multiplied by under the published rule; none where it ends.
-fn published<R: Real>(throughput: R::Vec3, weight: R::Vec3, chance: f64, luck: R) -> Option<R::Vec3> {
-    let divided = weight * R::from_f64(1.0 / chance.max(LEAST_CHANCE));
-    let largest = (throughput * divided).max_element();
-    (luck < largest && largest.is_finite()).then(|| divided * (R::ONE / largest))
 }

@@ -10,7 +10,7 @@ use super::layered::wavelength;
 use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::MetallicRoughness;
-use crate::prepare::{Boundary, ClassicInputs, Material};
+use crate::prepare::{Boundary, Material};
 use crate::texture::ShadingContext;
 
 impl<R: Real> PathTracer<'_, R> {
@@ -49,11 +49,10 @@ impl<R: Real> PathTracer<'_, R> {
     /// Index of refraction of a body, for the path's wavelength where it bends them apart.
     fn index_of(&self, path: &mut PathState<R>, body: Option<u32>, here: &ShadingContext<'_, R>) -> f64 {
         match body.map(|material| &self.scene.materials[material as usize]) {
-            Some(Material::Classic(m)) => match (&m.mixture, &m.transmission) {
-                (Some(mixture), _) => mixture.ior.unwrap_or(1.0),
-                (None, Some(transmission)) => transmission.glass.ior,
-                (None, None) => 1.0,
-            },
+            Some(Material::Classic(m)) => {
+                let of_glass = || m.transmission.as_ref().map(|transmission| transmission.glass.ior);
+                m.mixture.as_ref().map_or_else(of_glass, |mixture| mixture.ior).unwrap_or(1.0)
+            }
             Some(Material::Physical(m)) => {
                 let dispersion = m.layered.map_or(0.0, |place| self.scene.layers[place as usize].ior);
                 let ior = m.boundary_at(here).ior;
@@ -90,21 +89,5 @@ impl<R: Real> PathTracer<'_, R> {
         if let Some(glass) = &mut model.glass {
             glass.ior = boundary.ior;
         }
-    }
-
-    /// As [`Self::immersed`], of a classic surface: glass alone has an index.
-    #[inline(never)]
-    pub(super) fn immersed_classic(
-        &self,
-        path: &mut PathState<R>,
-        at: &Interaction<R>,
-        here: &ShadingContext<'_, R>,
-        m: &ClassicInputs<R>,
-    ) -> ClassicInputs<R> {
-        let mut own = *m;
-        if let Some(transmission) = &mut own.transmission {
-            transmission.glass.ior = self.relative_index(path, at, here);
-        }
-        own
     }
 }

@@ -20,25 +20,14 @@ pub(super) struct LightResponse<N: Number> {
     pub density: N,
 }
 
-/// A light that surfaces answer to.
-#[derive(Clone, Copy)]
-pub(super) struct LightDirection<N: Number> {
-    pub direction: N::Vec3,
-    /// Whether it may shine through the surface; of single vertices alone.
-    pub through: bool,
-    /// Whether it makes no highlights, of several some.
-    pub dull: bool,
-}
-
-/// What surfaces send back of a light to where they are seen from.
+/// What surfaces send back of a light in a direction to where they are seen from. `dull`: whether it makes no highlights, of several some.
 #[inline(always)]
 pub(super) fn respond<N: Number, L: LobeFamily<N>, const MOST: usize>(
     bsdf: &Bsdf<N, L, MOST>,
     view: N::Vec3,
-    LightDirection { direction, through, dull }: LightDirection<N>,
+    (direction, dull): (N::Vec3, bool),
 ) -> LightResponse<N> {
     let (value, density) = bsdf.eval_and_pdf(view, direction);
-    let value = if through { bsdf.eval_either(view, direction) } else { value };
     let diffuse = if dull { bsdf.eval_diffuse(view, direction) } else { N::Vec3::ZERO };
     LightResponse { value, diffuse, density }
 }
@@ -85,10 +74,10 @@ impl<R: Real> Answers<R> {
         let dull = v.strategy.iter().fold(false, |some, strategy| some | strategy.is_dull());
         let (normal, view, base) =
             (load3::<N, R>(&v.normal, from), -load3::<N, R>(&v.direction, from), load3::<N, R>(&v.base, from));
-        let light = LightDirection { direction: load3::<N, R>(lights, from), through: false, dull };
+        let light = (load3::<N, R>(lights, from), dull);
         let numbers = [load::<N, R>(&v.numbers[0], from), load::<N, R>(&v.numbers[1], from), load::<N, R>(&v.numbers[2], from)];
         let (response, sampled) = if MATTE {
-            let bsdf = Bsdf::<N, Lobe<N>, 1>::of_kind(normal).with(Lobe::Lambert { albedo: base });
+            let bsdf = Bsdf::<N, Lobe<N>, 1>::new(normal).with(Lobe::Lambert { albedo: base });
             both(&bsdf, view, light, numbers)
         } else {
             let [metallic, roughness, dielectric, grazing] = &v.terms;
@@ -143,7 +132,7 @@ fn store3<N: Number, R: Real>([x, y, z]: &mut Vec3Column<R>, from: usize, v: N::
 fn both<N: Number, const MOST: usize>(
     bsdf: &Bsdf<N, Lobe<N>, MOST>,
     view: N::Vec3,
-    light: LightDirection<N>,
+    light: (N::Vec3, bool),
     numbers: [N; 3],
 ) -> (LightResponse<N>, BsdfSample<N>) {
     (respond(bsdf, view, light), bsdf.sample(&Frame::about(bsdf.normal()), view, numbers))

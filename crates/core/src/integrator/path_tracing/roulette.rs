@@ -12,21 +12,17 @@ const ENDS_FROM: u32 = 64;
 /// Chance to go on from there.
 const GOES_ON: f64 = 0.95;
 
-/// Segments that every path may have before chance decides whether it goes on. Before the fourth, chance costs more noise than it saves
-/// time in most scenes.
-const fn first_segment(roulette: Roulette) -> u32 {
-    match roulette {
-        Roulette::Early => 1,
-        Roulette::Late => 4,
-        Roulette::Off => ENDS_FROM,
-    }
-}
-
 impl<R: Real> PathState<R> {
     /// The greatest chance to go on at the vertex in the making; infinite where chance has no say.
     #[inline(always)]
     pub fn most_survival(&self, roulette: Roulette) -> R {
-        if self.traced < first_segment(roulette) {
+        // Before the fourth segment, chance costs more noise than it saves time in most scenes.
+        let first = match roulette {
+            Roulette::Early => 1,
+            Roulette::Late => 4,
+            Roulette::Off => ENDS_FROM,
+        };
+        if self.traced < first {
             R::INFINITY
         } else if self.traced < ENDS_FROM {
             R::ONE

@@ -1,25 +1,11 @@
 //! How a path leaves a vertex: the ray in the direction that was drawn, unless chance ends the path.
 
-use raywright_bvh::{Hit, Ray, Real, Vector};
+use raywright_bvh::{Ray, Real};
 
-use super::super::spawn::stored;
 use super::roulette::survive;
 use super::{PathState, PathTracer, PreviousVertex};
 use crate::interaction::Interaction;
-use crate::material::{BsdfSample, Glass};
-use crate::prepare::{Alpha, Material};
-
-/// What scattering takes besides the direction.
-pub(super) struct Scattering<'a, R: Real> {
-    /// The normal of the lobes.
-    pub normal: R::Vec3,
-    /// Normal of the side that lights were asked for; zero for both.
-    pub lit: R::Vec3,
-    /// The boundary of glass that bends the path; none: it goes as drawn.
-    pub bent: Option<&'a Glass<R>>,
-    /// Whether lobes may have normals of their own.
-    pub coated: bool,
-}
+use crate::material::BsdfSample;
 
 /// How a path would go on.
 pub(super) struct ScatteredRay<R: Real> {
@@ -36,42 +22,6 @@ pub(super) struct ScatteredRay<R: Real> {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Sends a path on in the direction that was drawn; whether it goes on.
-    #[inline(always)]
-    pub(super) fn scatter(
-        &mut self,
-        path: &mut PathState<R>,
-        hit: &Hit<R>,
-        at: &Interaction<R>,
-        drawn: &BsdfSample<R>,
-        Scattering { normal, lit, bent, coated }: Scattering<'_, R>,
-    ) -> bool {
-        if !drawn.some {
-            return false;
-        }
-        let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
-        let through = drawn.direction.dot(normal) < R::ZERO;
-        // A shading normal must not take a reflection below the surface, nor what goes through it above.
-        if (geometric.dot(drawn.direction) < R::ZERO) != through {
-            return false;
-        }
-        let (direction, rest) = match bent {
-            // With the digits that storing takes from the direction.
-            Some(glass) => {
-                let interface = self.scene.interface(&path.leg, hit, at, glass);
-                let exact = if through { interface.refracted } else { Some(interface.reflected) };
-                exact.map_or((drawn.direction, Vector::ZERO), stored::<R>)
-            }
-            None => (drawn.direction, Vector::ZERO),
-        };
-        // Starts of rays count from the normal that the object has.
-        let side = if through == (normal == at.normal) { -R::ONE } else { R::ONE };
-        // Of delta lobes only walls send light on without an index.
-        let straight = coated && drawn.delta && through && self.is_wall(at.material);
-        let ray = self.scene.spawn(at, direction, side);
-        self.go_on(path, at, drawn, ScatteredRay { ray, rest, lit, smooth: drawn.delta, through, straight })
-    }
-
     /// Takes a path on in the direction that was drawn at a vertex, unless chance ends it.
     #[inline(always)]
     pub(super) fn go_on(
@@ -117,10 +67,5 @@ impl<R: Real> PathTracer<'_, R> {
         if self.scene.tracks_media && onward.through {
             path.media = self.beyond(&path.media, at);
         }
-    }
-
-    /// Whether a material is a wall that lets light straight through, all of it being there.
-    fn is_wall(&self, material: u32) -> bool {
-        matches!(&self.scene.materials[material as usize], Material::Physical(m) if m.is_wall() && m.alpha == Alpha::Opaque)
     }
 }

@@ -10,7 +10,8 @@ use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::{Density, LightSample, Target};
 use crate::material::LayeredBsdf;
-use crate::prepare::{Alpha, Material};
+use crate::prepare::Material;
+use crate::scene::AlphaMode;
 
 impl<R: Real> PathTracer<'_, R> {
     /// Share of a light that arrives where it is asked from, on a way that begins in these bodies, in each channel: what the way absorbs
@@ -42,22 +43,24 @@ impl<R: Real> PathTracer<'_, R> {
             };
             let met = Interaction::of::<General>(self.scene, &leg, &hit);
             share *= self.passes_media(&media, (met.surface.point - from.surface.point).length());
-            let through = if varied.is_some() && hit.t >= before {
+            let (passes, counts) = if varied.is_some() && hit.t >= before {
                 // What lies before it was passed: it is met, or nothing of it.
-                let own = self.scene.lights.emitters.of(met.object, hit.primitive) == varied;
-                return if own { share * self.given_off(&met) } else { Vector::ZERO };
+                let own = self.scene.lights.emitters.of(met.object, hit.primitive) == varied && self.scene.shines(&met);
+                let (material, here) = (&self.scene.materials[met.material as usize], self.scene.sources.at(&met));
+                // What a surface gives off, in its share that is there.
+                return if own { share * (material.emission_at(&here) * material.alpha_at(&here)) } else { Vector::ZERO };
             } else if self.scene.is_own(&light.target, &hit) {
                 return share;
             } else if self.nests()
                 && let Some(beyond) = self.hidden(&media, &met)
             {
                 media = beyond;
-                Through::<R> { share: Vector::ONE, counts: false }
+                (Vector::ONE, false)
             } else {
                 self.through_wall(path, &leg, &hit, &met, sizeless)
             };
-            segments += u32::from(through.counts);
-            share *= through.share;
+            segments += u32::from(counts);
+            share *= passes;
             if segments > self.max_depth || share == Vector::ZERO {
                 return Vector::ZERO;
             }
@@ -66,16 +69,7 @@ impl<R: Real> PathTracer<'_, R> {
         Vector::ZERO
     }
 
-    /// What a surface gives off, in its share that is there.
-    fn given_off(&self, at: &Interaction<R>) -> R::Vec3 {
-        if !self.scene.shines(at) {
-            return Vector::ZERO;
-        }
-        let (material, here) = (&self.scene.materials[at.material as usize], self.scene.sources.at(at));
-        material.emission_at(&here) * material.alpha_at(&here)
-    }
-
-    /// What a surface lets straight through.
+    /// Share that a surface lets straight through, and whether a path that passes there has one more segment.
     fn through_wall(
         &self,
         path: &PathState<R>,
@@ -83,38 +77,19 @@ impl<R: Real> PathTracer<'_, R> {
         hit: &Hit<R>,
         at: &Interaction<R>,
         sizeless: bool,
-    ) -> Through<R> {
-        let of = |share: R::Vec3| Through::<R> { share, counts: false };
+    ) -> (R::Vec3, bool) {
         if sizeless && !self.scene.objects[at.object as usize].casts_shadow {
-            return of(Vector::ONE);
+            return (Vector::ONE, false);
         }
-        let Material::Physical(m) = &self.scene.materials[at.material as usize] else { return of(Vector::ZERO) };
-        if m.alpha != Alpha::Opaque {
+        let Material::Physical(m) = &self.scene.materials[at.material as usize] else { return (Vector::ZERO, false) };
+        if m.alpha != AlphaMode::Opaque {
             // What covers a part lets nothing through: paths do not find light straight through it either.
-            return of(R::Vec3::splat(R::ONE - m.alpha_at(&self.scene.sources.at(at))));
+            return (Vector::splat(R::ONE - m.alpha_at(&self.scene.sources.at(at))), false);
         }
-        let Some(place) = m.layered.filter(|_| m.is_wall()) else { return of(Vector::ZERO) };
+        let Some(place) = m.layered.filter(|_| m.is_wall()) else { return (Vector::ZERO, false) };
         let mut here = PathState { leg: *leg, ..*path };
-        let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
+        let mut bsdf = LayeredBsdf::new(Vector::ZERO);
         self.layers_at(&mut here, hit, at, (m, &self.scene.layers[place as usize]), &mut bsdf);
-        Through { share: bsdf.straight(-at.direction), counts: true }
-    }
-}
-
-/// What a surface lets straight through.
-struct Through<R: Real> {
-    share: R::Vec3,
-    /// Whether a path that passes there has one more segment.
-    counts: bool,
-}
-
-impl<R: Real> Interaction<R> {
-    /// How far what a shadow ray aims at is.
-    pub(super) fn distance_to(&self, target: &Target<R>) -> R {
-        match target {
-            Target::Infinity => R::INFINITY,
-            Target::Point(target) | Target::Middle { point: target, .. } => (*target - self.surface.point).length(),
-            Target::Surface(target) => (target.point - self.surface.point).length(),
-        }
+        (bsdf.straight(-at.direction), true)
     }
 }

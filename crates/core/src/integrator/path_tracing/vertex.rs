@@ -4,8 +4,9 @@ use core::f64::consts::PI;
 
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::respond::{LightDirection, respond};
-use super::scatter::Scattering;
+use super::super::spawn::stored;
+use super::respond::respond;
+use super::scatter::ScatteredRay;
 use super::{PathState, PathTracer, classic};
 use crate::interaction::Interaction;
 use crate::light::{LightId, Target};
@@ -23,36 +24,27 @@ impl<R: Real> PathTracer<'_, R> {
             self.emits(path, hit, at, material.emission_at(&here));
         }
         match material {
+            Material::Physical(m) if m.unlit => {
+                let shown = path.throughput * m.base_at(&here);
+                path.radiance += shown;
+                self.see(path.traced == 1, shown);
+                false
+            }
+            _ if path.traced >= self.max_depth => false,
             Material::Classic(m) => {
-                if path.traced >= self.max_depth {
-                    return false;
-                }
                 if let Some(mixture) = &m.mixture {
                     return self.mixed(path, at, mixture, m.colour.colour(&here));
                 }
-                let own;
-                let m = if self.nests() && m.transmission.is_some() {
-                    own = self.immersed_classic(path, at, &here, m);
-                    &own
-                } else {
-                    m
-                };
-                let normal = if m.transmission.is_some() { at.facing_normal() } else { at.normal };
-                let bsdf = classic::lobes(m, &here, at, normal);
-                let glass = m.transmission.as_ref().map(|transmission| transmission.glass);
+                let mut glass = m.transmission.as_ref().map(|transmission| transmission.glass);
+                if let Some(glass) = glass.as_mut().filter(|_| self.nests()) {
+                    glass.ior = self.relative_index(path, at, &here);
+                }
+                let normal = if glass.is_some() { at.facing_normal() } else { at.normal };
+                let bsdf = classic::lobes((m, glass.as_ref()), &here, at, normal);
                 // A light without size says how bright it makes a white classic surface that faces it, not what falls on it.
                 self.shade(path, hit, at, &bsdf, (glass.as_ref(), R::from_f64(PI)))
             }
             Material::Physical(m) => {
-                if m.unlit {
-                    let shown = path.throughput * m.base_at(&here);
-                    path.radiance += shown;
-                    self.see(path.traced == 1, shown);
-                    return false;
-                }
-                if path.traced >= self.max_depth {
-                    return false;
-                }
                 if let Some(place) = m.layered {
                     return self.layered(path, hit, at, (m, &scene.layers[place as usize]));
                 }
@@ -92,7 +84,8 @@ impl<R: Real> PathTracer<'_, R> {
         self.see(path.traced == 1, emitted);
     }
 
-    /// Asks a light, adds what is sent back of it, and sends the path on; whether it goes on. `gain`: factor on lights without size.
+    /// Asks a light, adds what is sent back of it, and sends the path on; whether it goes on. `glass`: what bends it, where something does;
+    /// `gain`: factor on lights without size.
     #[inline(always)]
     pub(super) fn shade<L: LobeFamily<R>, const MOST: usize>(
         &mut self,
@@ -106,11 +99,33 @@ impl<R: Real> PathTracer<'_, R> {
         let [lobe, u, v, _] = path.draws.scatter.map(R::from_f32);
         let normal = bsdf.normal();
         let drawn = bsdf.sample(&Frame::about(normal), -at.direction, [lobe, u, v]);
-        // A coat may mirror about a normal of its own.
+        if !drawn.some {
+            return false;
+        }
+        let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
         let through = drawn.direction.dot(normal) < R::ZERO;
-        let bent = glass.filter(|_| drawn.delta && (through || !L::COATED));
+        // A shading normal must not take a reflection below the surface, nor what goes through it above.
+        if (geometric.dot(drawn.direction) < R::ZERO) != through {
+            return false;
+        }
+        // A coat may mirror about a normal of its own.
+        let (direction, rest) = match glass.filter(|_| drawn.delta && (through || !L::COATED)) {
+            // With the digits that storing takes from the direction.
+            Some(glass) => {
+                let interface = self.scene.interface(&path.leg, hit, at, glass);
+                let exact = if through { interface.refracted } else { Some(interface.reflected) };
+                exact.map_or((drawn.direction, Vector::ZERO), stored::<R>)
+            }
+            None => (drawn.direction, Vector::ZERO),
+        };
+        // Starts of rays count from the normal that the object has.
+        let side = if through == (normal == at.normal) { -R::ONE } else { R::ONE };
+        let material = &self.scene.materials[at.material as usize];
+        // Of delta lobes only walls send light on without an index, straight where all of them is there.
+        let straight = L::COATED && drawn.delta && through && material.is_wall() && material.covers();
         let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
-        self.scatter(path, hit, at, &drawn, Scattering { normal, lit, bent, coated: L::COATED })
+        let ray = self.scene.spawn(at, direction, side);
+        self.go_on(path, at, &drawn, ScatteredRay { ray, rest, lit, smooth: drawn.delta, through, straight })
     }
 
     /// Adds what a surface sends back of a light, drawn by chance.
@@ -125,8 +140,7 @@ impl<R: Real> PathTracer<'_, R> {
         if !bsdf.is_delta()
             && let Some(query) = self.query(path, at, bsdf.normal(), bsdf.lets_through())
         {
-            let (direction, through, dull) = (query.seen.direction, query.through, query.strategy.is_dull());
-            let response = respond(bsdf, -at.direction, LightDirection { direction, through, dull });
+            let response = respond(bsdf, -at.direction, (query.seen.direction, query.strategy.is_dull()));
             self.add_direct(path, at, &query, (&response, gain));
         }
     }

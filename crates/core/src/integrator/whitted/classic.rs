@@ -6,12 +6,12 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::super::Kernel;
 use super::super::spawn::stored;
 use super::WhittedTracer;
-use super::state::{NextRay, PathStep, ScatteredRays, WhittedState};
+use super::state::{NextRay, ScatteredRays, WhittedState};
 use crate::interaction::{Beam, Interaction};
 use crate::material::Glass;
 use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::sampler::Address;
-use crate::scene::SpecularModel;
+use crate::scene::{SpecularModel, TransmissionChoice};
 use crate::texture::ShadingContext;
 
 impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
@@ -23,7 +23,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-    ) -> PathStep<R> {
+    ) -> Option<WhittedState<R>> {
         let WhittedState { throughput, segments, address, .. } = *path;
         let radiance = &mut path.radiance;
         let mut here = self.scene.sources.at(at);
@@ -41,13 +41,13 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             self.see(path.camera, emitted);
         }
         if alone {
-            return path.leave(ScatteredRays::NONE);
+            return path.leave([None; 2]);
         }
         if let Some(transmission) = &m.transmission {
-            let leaving = self.refract((&transmission.glass, transmission.switch), path, hit, at, throughput);
+            let leaving = self.refract((&transmission.glass, transmission.choice), path, hit, at, throughput);
             return path.leave(leaving);
         }
-        let Some(reflection) = &m.reflection else { return path.leave(ScatteredRays::NONE) };
+        let Some(reflection) = &m.reflection else { return path.leave([None; 2]) };
         let mut throughput = throughput * reflection.weight.number(&here);
         if reflection.tinted {
             throughput *= colour;
@@ -65,7 +65,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         if segments > 1 {
             self.counters.reflection += 1;
         }
-        path.leave(ScatteredRays::one(Some(NextRay::new(self.scene.spawn(at, direction, R::ONE), throughput))))
+        path.leave([Some(NextRay { ray: self.scene.spawn(at, direction, R::ONE), throughput, rest: Vector::ZERO }), None])
     }
 
     /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the
@@ -143,14 +143,14 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     #[inline(always)]
     pub(super) fn refract(
         &mut self,
-        (glass, switch): (&Glass<R>, Option<R>),
+        (glass, choice): (&Glass<R>, TransmissionChoice),
         path: &WhittedState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
         throughput: R::Vec3,
     ) -> ScatteredRays<R> {
         if path.segments <= 1 {
-            return ScatteredRays::NONE;
+            return [None; 2];
         }
         // A normal that is not turned to the viewer points away from a ray inside.
         let (side, interface) = (at.side(), self.scene.interface(&path.leg, hit, at, glass));
@@ -163,26 +163,25 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             leaves(this, interface.reflected, side, throughput)
         };
         let Some(refracted) = interface.refracted else {
-            return ScatteredRays::one(Some(reflected(self, throughput * glass.reflected)));
+            return [Some(reflected(self, throughput * glass.reflected)), None];
         };
         let onward = |this: &mut Self, throughput| {
             this.counters.refraction += 1;
             leaves(this, refracted, -side, throughput)
         };
-        if let Some(threshold) = switch {
-            return ScatteredRays::one(Some(if R::from_f64(interface.schlick()) > threshold {
-                reflected(self, throughput * glass.reflected)
+        if let TransmissionChoice::Switch { threshold } = choice {
+            // Schlick's reflectance at the *incident* angle, whichever side that is.
+            return if R::from_f64(interface.schlick(interface.cos_incident)) > R::from_f64(threshold) {
+                [Some(reflected(self, throughput * glass.reflected)), None]
             } else {
-                onward(self, throughput * glass.transmitted)
-            }));
+                [Some(onward(self, throughput * glass.transmitted)), None]
+            };
         }
         let fresnel = R::from_f64(interface.fresnel());
         let mirrored = throughput * glass.reflected * fresnel;
         let through = throughput * glass.transmitted * (R::ONE - fresnel);
-        ScatteredRays {
-            aside: (mirrored != R::Vec3::ZERO).then(|| reflected(self, mirrored)),
-            onward: (through != R::Vec3::ZERO).then(|| onward(self, through)),
-        }
+        let aside = (mirrored != R::Vec3::ZERO).then(|| reflected(self, mirrored));
+        [(through != R::Vec3::ZERO).then(|| onward(self, through)), aside]
     }
 }
 

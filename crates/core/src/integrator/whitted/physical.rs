@@ -5,12 +5,13 @@ use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::super::{Kernel, MAX_CUTOUTS};
 use super::WhittedTracer;
-use super::state::{NextRay, PathStep, ScatteredRays, WhittedState};
+use super::state::{NextRay, WhittedState};
 use crate::effects::MIRROR_ROUGHNESS;
 use crate::interaction::Interaction;
 use crate::material::{Glass, MetallicRoughness, environment_reflectance};
 use crate::prepare::PhysicalInputs;
 use crate::sampler::{Address, Branch};
+use crate::scene::TransmissionChoice;
 
 impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// Where the surface does not cover all of what is behind it: the path goes on there, or, where it covers some, waits for
@@ -21,7 +22,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-    ) -> Option<PathStep<R>> {
+    ) -> Option<Option<WhittedState<R>>> {
         if path.met.take().is_some() {
             return None;
         }
@@ -33,12 +34,12 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         if alpha <= R::ZERO {
             path.cutouts += 1;
             if path.cutouts > MAX_CUTOUTS {
-                return Some(PathStep::Ended);
+                path.segments = 0;
             }
             let rest = path.leg.rest;
             path.leg.go_on(&behind, rest);
             path.address.bounce += 1;
-            return Some(PathStep::Onward);
+            return Some(None);
         }
         let next = NextRay { ray: behind, throughput: path.throughput * (R::ONE - alpha), rest: path.leg.rest };
         path.throughput *= alpha;
@@ -47,7 +48,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         (path.segments > 1).then(|| {
             path.met = Some(*hit);
             // What a camera ray sees through a surface it sees as if nothing were before it.
-            PathStep::Aside(WhittedState { camera: path.camera, share: behind, ..path.branch(&next, Branch::Behind) })
+            Some(WhittedState { camera: path.camera, share: behind, ..path.branch(&next, Branch::Behind) })
         })
     }
 
@@ -59,7 +60,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         path: &mut WhittedState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-    ) -> PathStep<R> {
+    ) -> Option<WhittedState<R>> {
         let WhittedState { throughput, segments, address, .. } = *path;
         let radiance = &mut path.radiance;
         let here = self.scene.sources.at(at);
@@ -72,7 +73,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             let shown = throughput * m.base_at(&here);
             *radiance += shown;
             self.see(path.camera, shown);
-            return path.leave(ScatteredRays::NONE);
+            return path.leave([None; 2]);
         }
         let model = m.model_at(&here);
         let mirror = m.mirrors && model.roughness <= R::from_f64(MIRROR_ROUGHNESS);
@@ -82,14 +83,15 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             // Paint reflects as glass does, from outside alone.
             let mirrored = if at.outside { R::ONE } else { glass.share };
             let glass = Glass { reflected: glass.reflected * mirrored, transmitted: glass.transmitted * glass.share, ..glass };
-            let leaving = self.refract((&glass, None), path, hit, at, throughput * dielectric);
+            let leaving = self.refract((&glass, TransmissionChoice::Split), path, hit, at, throughput * dielectric);
             return path.leave(leaving);
         }
         let weight = throughput * model.mirror().reflectance(-at.direction.dot(at.normal));
-        path.leave(ScatteredRays::one((mirror && segments > 1).then(|| {
+        let onward = (mirror && segments > 1).then(|| {
             self.counters.reflection += 1;
-            NextRay::new(self.scene.spawn(at, at.mirrored(), R::ONE), weight)
-        })))
+            NextRay { ray: self.scene.spawn(at, at.mirrored(), R::ONE), throughput: weight, rest: Vector::ZERO }
+        });
+        path.leave([onward, None])
     }
 
     /// Light of the lights and of the sky's average, diffused and as rough highlights.

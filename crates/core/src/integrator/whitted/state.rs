@@ -41,43 +41,8 @@ pub(crate) struct NextRay<R: Real> {
     pub rest: R::Vec3,
 }
 
-impl<R: Real> NextRay<R> {
-    /// A ray whose stored direction is all there is to know.
-    #[inline(always)]
-    pub fn new(ray: Ray<R>, throughput: R::Vec3) -> Self {
-        Self { ray, throughput, rest: Vector::ZERO }
-    }
-}
-
-/// The rays that leave a surface.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ScatteredRays<R: Real> {
-    /// The path's own.
-    pub onward: Option<NextRay<R>>,
-    /// Another one, whose path comes first and brings its radiance to this one.
-    pub aside: Option<NextRay<R>>,
-}
-
-impl<R: Real> ScatteredRays<R> {
-    /// Nothing does.
-    pub const NONE: Self = Self { onward: None, aside: None };
-
-    /// One ray at most.
-    #[inline(always)]
-    pub fn one(onward: Option<NextRay<R>>) -> Self {
-        Self { onward, aside: None }
-    }
-}
-
-/// What became of a path.
-pub(crate) enum PathStep<R: Real> {
-    /// It has another ray to be traced.
-    Onward,
-    /// First this path is to be followed to its end, and what it brings added.
-    Aside(WhittedState<R>),
-    /// It has brought all that it brings.
-    Ended,
-}
+/// The rays that leave a surface: the path's own, and another one, whose path comes first and brings its radiance to this one.
+pub(crate) type ScatteredRays<R> = [Option<NextRay<R>>; 2];
 
 impl<R: Real> WhittedState<R> {
     /// The path of a side branch that leaves at the vertex in the making.
@@ -98,15 +63,15 @@ impl<R: Real> WhittedState<R> {
         }
     }
 
-    /// Ends the vertex and takes up what leaves it.
+    /// Ends the vertex and takes up what leaves it. Returns the path that is to be followed to its end first, if there is one.
     #[inline(always)]
-    pub fn leave(&mut self, leaving: ScatteredRays<R>) -> PathStep<R> {
-        let aside = leaving.aside.map(|next| self.branch(&next, Branch::Reflected));
+    pub fn leave(&mut self, [onward, aside]: ScatteredRays<R>) -> Option<Self> {
+        let aside = aside.map(|next| self.branch(&next, Branch::Reflected));
         self.covered += self.share;
         self.share = R::ZERO;
         self.address.bounce += 1;
         self.segments -= 1;
-        match leaving.onward {
+        match onward {
             Some(next) if self.segments > 0 => {
                 self.leg.go_on(&next.ray, next.rest);
                 self.throughput = next.throughput;
@@ -114,10 +79,6 @@ impl<R: Real> WhittedState<R> {
             }
             _ => self.segments = 0,
         }
-        match aside {
-            Some(aside) => PathStep::Aside(aside),
-            None if self.segments == 0 => PathStep::Ended,
-            None => PathStep::Onward,
-        }
+        aside
     }
 }

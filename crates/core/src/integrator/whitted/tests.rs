@@ -78,18 +78,16 @@ fn together_or_one_by_one() {
         let turn = turns % active.len();
         active.rotate_left(turn);
         active.reverse();
-        let queries: Vec<_> = active.iter().map(|&i| tracer.query(&ways[i].path)).collect();
         hits.clear();
-        hits.extend(queries.iter().map(|(ray, range)| prepared.geometry.closest(ray, *range, &mut ())));
+        hits.extend(active.iter().map(|&i| tracer.hit(&ways[i].path)));
         for (&i, hit) in active.iter().zip(&hits) {
             let way = &mut ways[i];
             let met = way.path.met.or(*hit);
-            let mut step = tracer.advance(&mut way.path, met.as_ref());
-            if let PathStep::Aside(aside) = step {
+            if let Some(aside) = tracer.advance(&mut way.path, met.as_ref()) {
                 way.waiting.push(core::mem::replace(&mut way.path, aside));
                 continue;
             }
-            while matches!(step, PathStep::Ended) {
+            while way.path.segments == 0 {
                 let Some(before) = way.waiting.pop() else {
                     way.ended = true;
                     break;
@@ -97,7 +95,6 @@ fn together_or_one_by_one() {
                 let brought = core::mem::replace(&mut way.path, before);
                 way.path.radiance += brought.radiance;
                 way.path.covered += brought.covered;
-                step = if way.path.segments == 0 { PathStep::Ended } else { PathStep::Onward };
             }
         }
         turns += 1;

@@ -99,7 +99,7 @@ impl<N: Number> Outcome<N> {
 
     #[inline(never)]
     fn values_of_both_sides(&mut self, bsdf: &Bsdf<N>, wo: N::Vec3, wi: N::Vec3) {
-        self.vectors.push(bsdf.eval_either(wo, wi));
+        self.vectors.push(bsdf.eval_and_pdf(wo, wi).0);
     }
 
     #[inline(never)]

@@ -98,8 +98,8 @@ fn layers_are_reciprocal() {
             assert!((there - back).length() <= 1e-9 * there.length(), "{name}: {there} and {back}");
             if model.thin || name == "leaf" {
                 let below = wi - NORMAL * (2.0 * wi.dot(NORMAL));
-                let there = model.transport(NORMAL, wo, true).eval_either(wo, below);
-                let back = model.transport(-NORMAL, below, true).eval_either(below, wo);
+                let there = model.transport(NORMAL, wo, true).eval_and_pdf(wo, below).0;
+                let back = model.transport(-NORMAL, below, true).eval_and_pdf(below, wo).0;
                 assert!((there - back).length() <= 1e-9 * there.length(), "{name} through: {there} and {back}");
                 through += usize::from(there.x > 0.0);
             }
@@ -389,7 +389,7 @@ fn density<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> N {
 
 #[inline(never)]
 fn values<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N::Vec3) {
-    (bsdf.eval_either(wo, wi), bsdf.eval_diffuse(wo, wi))
+    (bsdf.eval_and_pdf(wo, wi).0, bsdf.eval_diffuse(wo, wi))
 }
 
 /// Protects: shading of layers in f32 is that in f64, but for rounding.

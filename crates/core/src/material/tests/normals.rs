@@ -74,7 +74,7 @@ fn bent_mirrors_stay_bright() {
     for (height, tilt) in [(1.0, 0.6), (0.8, 0.5), (0.6, 0.2), (0.3, 0.1)] {
         let wo = towards(height, 0.5);
         let n = reflecting_above::<f64>(towards(tilt, 0.03), UP, true, -wo);
-        let bsdf = Bsdf::new(n).with(Lobe::Rough { f0: DVec3::ONE, f90: DVec3::ONE, roughness: 0.05 });
+        let bsdf = Bsdf::<f64>::new(n).with(Lobe::Rough { f0: DVec3::ONE, f90: DVec3::ONE, roughness: 0.05 });
         let frame = Frame::about(n);
         let drawn = (0..COUNT).map(|i| bsdf.sample(&frame, wo, numbers(i)));
         let above: f64 = drawn.filter(|sampled| sampled.direction.dot(UP) > 0.0).map(|sampled| sampled.weight.x).sum();

@@ -7,7 +7,7 @@ use super::super::inputs::Compiler;
 use super::{prepared, vector};
 use crate::expr::{Scope, Variable};
 use crate::material::Glass;
-use crate::scene::{Classic as ClassicData, Colour, Mixture as MixtureData, SpecularModel, TransmissionChoice};
+use crate::scene::{Classic as ClassicData, Colour, Mixture, SpecularModel, TransmissionChoice};
 use crate::texture::Input;
 
 /// A local lighting model made of terms.
@@ -22,7 +22,7 @@ pub(crate) struct ClassicInputs<R: Real> {
     pub reflection: Option<ReflectionInputs<R>>,
     pub transmission: Option<TransmissionInputs<R>>,
     pub emission: Option<Input<R>>,
-    pub mixture: Option<MixtureInputs<R>>,
+    pub mixture: Option<Mixture>,
     pub shadow_transmittance: R,
     pub shadow: Option<Input<R>>,
     /// Whether a shadow ray is needed: not where `shadow` says what arrives without it.
@@ -57,37 +57,7 @@ pub(crate) struct ReflectionInputs<R: Real> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TransmissionInputs<R: Real> {
     pub glass: Glass<R>,
-    /// Schlick's reflectance above which one ray reflects; none: both rays, weighted.
-    pub switch: Option<R>,
-}
-
-/// Three ways by chance.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MixtureInputs<R: Real> {
-    pub specular_chance: f64,
-    pub specular_colour: R::Vec3,
-    pub specular_roughness: f64,
-    pub refraction_chance: f64,
-    pub refraction_roughness: f64,
-    pub ior: Option<f64>,
-    /// None where it absorbs nothing.
-    pub absorption: Option<R::Vec3>,
-    pub published_roulette: bool,
-}
-
-impl<R: Real> MixtureInputs<R> {
-    fn new(m: &MixtureData) -> Self {
-        Self {
-            specular_chance: m.specular_chance,
-            specular_colour: vector::<R>(m.specular_colour),
-            specular_roughness: m.specular_roughness,
-            refraction_chance: m.refraction_chance,
-            refraction_roughness: m.refraction_roughness,
-            ior: m.ior,
-            absorption: (m.absorption != Colour::BLACK).then(|| vector::<R>(m.absorption)),
-            published_roulette: m.published_roulette,
-        }
-    }
+    pub choice: TransmissionChoice,
 }
 
 pub(super) fn classic<R: Real>(
@@ -136,13 +106,10 @@ pub(super) fn classic<R: Real>(
                 reflected: vector::<R>(t.reflected_tint),
                 transmitted: vector::<R>(t.refracted_tint),
             },
-            switch: match t.choice {
-                TransmissionChoice::Split => None,
-                TransmissionChoice::Switch { threshold } => Some(R::from_f64(threshold)),
-            },
+            choice: t.choice,
         }),
         emission: prepared(m.emission.as_ref(), |e| inputs.input(e, "emission"))?,
-        mixture: m.mixture.as_ref().map(MixtureInputs::new),
+        mixture: m.mixture,
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
         asks_what_is_between: shadow.is_none_or(|s| s.reads(&inputs.sources, &[Variable::Shadow, Variable::OccluderDistance])),
         shadow,

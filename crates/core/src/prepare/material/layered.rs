@@ -24,8 +24,6 @@ impl<R: Real> LayerStage for InputStage<R> {
     /// None: the surface's own before anything bends it.
     type Normal = Option<Bump<R>>;
     type Frame = Directions<R>;
-    /// How much more short waves bend than long ones.
-    type Index = f64;
     type Base = ();
 }
 
@@ -131,6 +129,7 @@ pub(super) fn layered<R: Real>(
     })?;
     Ok(Some(Layered {
         base: (),
+        // In place of an index, how much more short waves bend than long ones.
         ior: if m.thin_walled { 0.0 } else { m.dispersion },
         specular: inputs.factor(&m.specular, &m.specular_texture, "specular")?,
         specular_colour: inputs.factor(&m.specular_colour, &m.specular_colour_texture, "specular_colour")?,

@@ -5,6 +5,7 @@ use raywright_bvh::{Real, Vector};
 use super::super::error::PrepareError;
 use super::super::inputs::Compiler;
 use super::layered::{Context, layered};
+use super::prepared;
 use crate::effects::Effect;
 use crate::scene::{AlphaMode, Channel, Colour, Physical as PhysicalData};
 use crate::texture::{Bump, Product};
@@ -23,7 +24,7 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub absorption: Option<R::Vec3>,
     /// Radiance given off; none: nothing.
     pub emission: Option<Product<R>>,
-    pub alpha: Alpha<R>,
+    pub alpha: AlphaMode,
     pub opacity: Product<R>,
     pub unlit: bool,
     /// Whether it is a wall that bends no light.
@@ -91,14 +92,6 @@ impl<R: Real> PhysicalInputs<R> {
 /// What a black attenuation colour absorbs per metre: all, in a number that f32 has.
 const MOST_ABSORPTION: f64 = 1e30;
 
-/// What alpha means.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Alpha<R> {
-    Opaque,
-    Mask(R),
-    Blend,
-}
-
 pub(super) fn physical<R: Real>(
     m: &PhysicalData,
     inputs: &mut Compiler<'_, R>,
@@ -115,26 +108,18 @@ pub(super) fn physical<R: Real>(
     let image = inputs.image(&m.metallic_roughness_texture, "metallic_roughness_texture")?;
     let roughness = inputs.product(&m.roughness, image.map(|image| image.channel(Channel::Green)), "roughness")?;
     let metallic = inputs.product(&m.metallic, image.map(|image| image.channel(Channel::Blue)), "metallic")?;
-    let emission = if m.emission == Colour::BLACK.into() {
-        None
-    } else {
-        Some(inputs.factor(&m.emission, &m.emission_texture, "emission")?)
-    };
+    let emission = Some(&m.emission).filter(|&emission| *emission != Colour::BLACK.into());
+    let emission = prepared(emission, |emission| inputs.factor(emission, &m.emission_texture, "emission"))?;
     let index = match m.ior.constant() {
         Some(ior) => Index::Even(Boundary::new(ior)),
         None => Index::Varying(inputs.factor(&m.ior, &None, "ior")?),
     };
-    let transmission = if m.may_transmit() {
-        let share = inputs.factor(&m.transmission, &m.transmission_texture, "transmission")?;
+    let transmission = prepared(m.may_transmit().then_some(&m.transmission), |share| {
+        let share = inputs.factor(share, &m.transmission_texture, "transmission")?;
         let transmission = PhysicalTransmission { share, tint: base.constant().unwrap_or(R::Vec3::ONE), even: None };
-        Some(PhysicalTransmission { even: share.even().map(|share| transmission.of_light(share.x())), ..transmission })
-    } else {
-        None
-    };
-    let bump = match m.bent_by() {
-        Some(image) => inputs.texture(image, "normal_texture")?,
-        None => None,
-    };
+        Ok(PhysicalTransmission { even: share.even().map(|share| transmission.of_light(share.x())), ..transmission })
+    })?;
+    let bump = prepared(m.bent_by(), |image| inputs.texture(image, "normal_texture"))?.flatten();
     let layered = layered(m, inputs, context)?.map(|layered| {
         context.layers.push(layered);
         context.layers.len() as u32 - 1
@@ -155,11 +140,7 @@ pub(super) fn physical<R: Real>(
         transmission,
         absorption: m.absorption().map(|absorption| R::Vec3::from_f64(absorption.map(|a| a.min(MOST_ABSORPTION)).into())),
         emission,
-        alpha: match m.alpha {
-            AlphaMode::Opaque => Alpha::Opaque,
-            AlphaMode::Mask { cutoff } => Alpha::Mask(R::from_f64(cutoff)),
-            AlphaMode::Blend => Alpha::Blend,
-        },
+        alpha: m.alpha,
         opacity,
         unlit: m.unlit,
         mirrors: !context.without.has(Effect::MirrorReflection),
