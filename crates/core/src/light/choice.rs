@@ -7,6 +7,17 @@ use super::cdf::{pick, push_shares, share};
 use super::tree::{Leaf, LightTree, Receiver};
 use super::{LightId, Lights};
 
+/// A point of a surface that draws a light.
+#[derive(Clone, Copy, Debug)]
+pub struct ChoiceQuery<R: Real> {
+    /// The point.
+    pub from: R::Vec3,
+    /// Unit normal on the side that is lit; zero where both are.
+    pub normal: R::Vec3,
+    /// Numbers in [0, 1): both, because one of f32 has steps of 2⁻²³.
+    pub numbers: [f32; 2],
+}
+
 /// Draws a light as a point of a surface is lit by it.
 #[derive(Clone, Debug, Default)]
 pub struct LightChoice {
@@ -62,25 +73,22 @@ impl LightChoice {
         self.far.is_empty() && self.tree.is_empty()
     }
 
-    /// The light for a pair of numbers in [0, 1) and the probability of drawing it, for a point of a surface with a unit normal on
-    /// the side that is lit, or zero where both are; none where what was drawn can send nothing there. Both numbers, because one of f32 has steps of 2⁻²³.
+    /// The light for a pair of numbers in [0, 1) and the probability of drawing it, for a point of a surface with a unit normal on the side
+    /// that is lit, or zero where both are; none where what was drawn can send nothing there.
     #[inline]
     pub fn draw<R: Real>(&self, from: R::Vec3, normal: R::Vec3, numbers: [f32; 2]) -> Option<(LightId, f64)> {
-        let [drawn] = self.draw_each::<R, 1>([Some((from, normal, numbers))]);
+        let [drawn] = self.draw_each([Some(ChoiceQuery::<R> { from, normal, numbers })]);
         drawn
     }
 
     /// [`Self::draw`] for several points, in less time than for each; none for one that is none.
     #[inline]
-    pub fn draw_each<R: Real, const N: usize>(
-        &self,
-        points: [Option<(R::Vec3, R::Vec3, [f32; 2])>; N],
-    ) -> [Option<(LightId, f64)>; N] {
+    pub fn draw_each<R: Real, const N: usize>(&self, points: [Option<ChoiceQuery<R>>; N]) -> [Option<(LightId, f64)>; N] {
         const STEP: f64 = 1.0 / (1 << 23) as f64;
         let near_share = 1.0 - self.far_share;
         let (mut drawn, mut near) = ([None; N], [None; N]);
         for (i, point) in points.into_iter().enumerate() {
-            let Some((from, normal, [coarse, fine])) = point else { continue };
+            let Some(ChoiceQuery { from, normal, numbers: [coarse, fine] }) = point else { continue };
             let u = f64::from(coarse) + f64::from(fine) * STEP;
             if u < self.far_share {
                 let (index, probability, _) = pick(&self.far_shares, u / self.far_share);

@@ -33,7 +33,7 @@ use raywright_bvh::{Aabb, Real, Surface};
 use emitters::EmitterLanes;
 
 pub use bounds::LightBounds;
-pub use choice::LightChoice;
+pub use choice::{ChoiceQuery, LightChoice};
 pub use cone::DirectionCone;
 pub use delta::DeltaLight;
 pub use emitters::{EmissionEstimate, EmitterList, Emitters, Exit, Strategy};

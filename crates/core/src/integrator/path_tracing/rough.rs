@@ -13,7 +13,7 @@ use super::shade::{Shade, ShadedLanes};
 use super::vertices::{VertexLanes, VertexList};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::light::{ChosenLight, LANES, LightLanes, TargetKind, put, vector};
+use crate::light::{ChoiceQuery, ChosenLight, LANES, LightLanes, TargetKind, put, vector};
 use crate::material::NormalMap;
 use crate::prepare::{Material, Spawn};
 
@@ -161,7 +161,7 @@ impl<R: Real> PathTracer<'_, R> {
             let drawn = self.scene.lights.choice().draw_each::<R, LANES>(from_fn(|lane| {
                 (lane < vertices.len).then(|| {
                     let [coarse, fine, ..] = numbers(lane);
-                    (point(lane), vector::<R>(&vertices.normal, lane), [coarse, fine])
+                    ChoiceQuery { from: point(lane), normal: vector::<R>(&vertices.normal, lane), numbers: [coarse, fine] }
                 })
             }));
             chosen.extend((0..vertices.len).map(|lane| {

@@ -389,7 +389,10 @@ fn density<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> N {
 
 #[inline(never)]
 fn values<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N::Vec3) {
-    (bsdf.eval_and_pdf(wo, wi).0, bsdf.eval_diffuse(wo, wi))
+    // Below what lets nothing through, a value says nothing.
+    let (value, density) = bsdf.eval_and_pdf(wo, wi);
+    let told = bsdf.normal().dot(wi).above(N::ZERO) | density.above(N::ZERO);
+    (N::Vec3::select(told, value, N::Vec3::ZERO), bsdf.eval_diffuse(wo, wi))
 }
 
 /// Protects: shading of layers in f32 is that in f64, but for rounding.

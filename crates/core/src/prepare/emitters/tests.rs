@@ -118,7 +118,7 @@ fn pair(positions: [[f32; 3]; 4], indices: [[u32; 3]; 2], sign: f64) -> Emitters
 /// opposite sides.
 #[test]
 fn halves_of_a_quad_are_one_light() {
-    let slanted = [[0.1, 2.0, -0.5], [1.1, 2.5, -0.5], [1.35, 2.5, 1.5], [0.35, 2.0, 1.5]];
+    let slanted = [[0.125, 2.0, -0.5], [1.125, 2.5, -0.5], [1.375, 2.5, 1.5], [0.375, 2.0, 1.5]];
     let glow = json!({ "name": "glow", "model": { "classic": { "local": 0, "emission": 1 } } });
     let quad = json!({ "shape": { "quad": { "corner": slanted[0], "edge_u": [1.0, 0.5, 0.0], "edge_v": [0.25, 0.0, 2.0] } },
         "material": "glow" });
