@@ -389,9 +389,9 @@ fn density<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> N {
 
 #[inline(never)]
 fn values<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N::Vec3) {
-    // Below what lets nothing through, a value says nothing.
-    let (value, density) = bsdf.eval_and_pdf(wo, wi);
-    let told = bsdf.normal().dot(wi).above(N::ZERO) | density.above(N::ZERO);
+    // Below what lets nothing through, a value says nothing; a lane of it beside one that does has nothing there.
+    let value = bsdf.eval_and_pdf(wo, wi).0;
+    let told = if bsdf.lets_through() { !N::Mask::default() } else { bsdf.normal().dot(wi).above(N::ZERO) };
     (N::Vec3::select(told, value, N::Vec3::ZERO), bsdf.eval_diffuse(wo, wi))
 }
 
