@@ -179,7 +179,7 @@ mod tests {
         }
     }
 
-    /// Protects: the same for quads, which have leaves of their own, alone and with as many balls and disks among them.
+    /// Protects: the same for quads, alone and with as many balls and disks among them.
     #[test]
     fn memory_of_quads_is_told_beforehand() {
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);

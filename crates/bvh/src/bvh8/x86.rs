@@ -1,8 +1,10 @@
 //! What a traversal asks of AVX2 and AVX-512.
 //!
-//! Here, in `math/simd`, in `processor.rs` and in `memory.rs` is the only unsafe code of the project, here of three kinds. *Instructions*: a token of
-//! type [`Avx2`] or [`Avx512`] exists only where the processor was seen to have them, and methods of a token use no others. *Memory*:
-//! loads and stores go through pointers made from arrays of just that many numbers. *The stack*: its room is written before it is read.
+//! The unsafe code of the project lies in this crate: in the modules of `bvh8` that say so at their top (this one, `entries`, `stack`,
+//! `traverse`, `packet` and `optimisation_barrier`), in `math/simd`, in `processor.rs` and in `memory.rs`. Here it is of three kinds.
+//! *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists only where the processor was seen to have them, and methods of a token use
+//! no others. *Memory*: loads and stores go through pointers made from arrays of just that many numbers. *The stack*: its room is written
+//! before it is read.
 #![expect(unsafe_code, reason = "intrinsics of the processor; each block says why it may")]
 
 mod exact;

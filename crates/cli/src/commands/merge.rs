@@ -67,7 +67,7 @@ pub fn shown(asked: &DisplayArgs, own: Display) -> Display {
     }
 }
 
-/// The union of all parts, read one after the other, so that two of them are in memory at a time.
+/// The union of all parts, read one after the other: in memory are the union so far, one part, and the two merged.
 fn joined(paths: &[PathBuf], limits: &Limits) -> Result<KeptFilm, Failure> {
     let mut all: Option<KeptFilm> = None;
     for path in paths {

@@ -81,7 +81,7 @@ const PATH_LENGTH: &[Rung] = &[
     rung("4", "three, as the documented preset"),
     rung("8", "seven: through two glass balls and out again"),
     rung("16", "fifteen"),
-    rung("64", "as many as there can be"),
+    rung("64", "sixty-three; more by --max-depth alone"),
 ];
 const SAMPLES: &[Rung] = &[
     rung("1", "edges are stairs"),
@@ -93,7 +93,7 @@ const SAMPLES: &[Rung] = &[
 ];
 const BUILD: &[Rung] = &[
     rung("fast", "least build time: split from the top, large sets by samples"),
-    rung("medium", "split from the top, and improved where sizes differ"),
+    rung("medium", "split from the top, and improved"),
     rung("high", "several times the build time: more is improved"),
 ];
 const ACCELERATOR: &[Rung] = &[rung("linear", "every primitive is tested"), rung("bvh", "a tree of boxes")];
