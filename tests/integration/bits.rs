@@ -1,8 +1,6 @@
 //! One image, whatever the machine does: its bits depend on scene, settings and seed, not on the accelerator, the builder,
 //! threads, tiles, the crop or the kernel. Held for every scene that the program carries and for a few imported ones.
 
-use std::path::Path;
-
 use rayon::ThreadPoolBuilder;
 use raywright::bvh::{AcceleratorKind, BuildQuality};
 use raywright::core::picture::Picture;
@@ -10,6 +8,8 @@ use raywright::core::scene::Integrator;
 use raywright::core::settings::{Aov, Crop, KernelChoice, PrecisionChoice, Sampling};
 use raywright::core::{Observer, Rendered, Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
+
+use crate::support::shared;
 
 const SIZE: [u32; 2] = [64, 48];
 
@@ -55,11 +55,7 @@ fn carried() -> Vec<Subject> {
 
 /// Meshes, instances, textures and physical materials, where the shared data are.
 fn imported() -> Vec<Subject> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/assets");
-    if !folder.is_dir() {
-        eprintln!("skipped: shared data not found ({})", folder.display());
-        return Vec::new();
-    }
+    let Some(folder) = shared("assets") else { return Vec::new() };
     let files = [
         "gltf/Duck/Duck.glb",
         "gltf/crafted/cornell/cornell.gltf",

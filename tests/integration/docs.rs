@@ -120,3 +120,29 @@ fn pictures_are_by_commands_for_everyone() {
     }
     assert!(told >= 5, "{told} pictures say how they were made");
 }
+
+/// Protects: each test of the workspace says what it protects, so that a reader can tell whether it still does.
+#[test]
+fn every_test_says_what_it_protects() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut open = ["crates", "src", "tests"].map(|name| root.join(name)).to_vec();
+    let (mut tests, mut untold) = (0, Vec::new());
+    while let Some(folder) = open.pop() {
+        for path in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("readable").path()) {
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                let text = std::fs::read_to_string(&path).expect("readable");
+                let lines: Vec<&str> = text.lines().map(str::trim).collect();
+                for at in (0..lines.len()).filter(|&at| lines[at] == "#[test]") {
+                    let before = lines[..at].iter().rev().take_while(|line| line.starts_with("///") || line.starts_with("#["));
+                    tests += 1;
+                    if !before.into_iter().any(|line| line.contains("Protects")) {
+                        untold.push(format!("{}:{}", path.display(), at + 1));
+                    }
+                }
+            }
+        }
+    }
+    assert!(untold.is_empty() && tests > 1000, "{} of {tests} tests: {untold:#?}", untold.len());
+}

@@ -13,15 +13,13 @@ use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
 use sha2::{Digest, Sha256};
 
+use crate::support::shared;
+
 const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
 
 /// Files that `raywright render` takes, below the shared assets, in order.
 fn imports() -> Vec<(String, PathBuf)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/assets");
-    if !folder.is_dir() {
-        eprintln!("skipped: shared data not found ({})", folder.display());
-        return Vec::new();
-    }
+    let Some(folder) = shared("assets") else { return Vec::new() };
     let mut found = Vec::new();
     let mut open = vec![folder.join("gltf"), folder.join("obj")];
     while let Some(next) = open.pop() {

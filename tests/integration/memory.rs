@@ -1,13 +1,15 @@
 //! What a picture will take is told before anything is built, and never too little: held against what is there then, for every
 //! preset, for meshes, instances, generated objects and lamps, and for the models of the shared assets.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use raywright::bvh::{AcceleratorKind, BuildQuality};
 use raywright::core::settings::PrecisionChoice;
 use raywright::core::{Memory, Scene, Settings, estimate, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
 use serde_json::{Value, json};
+
+use crate::support::shared;
 
 const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
 const ACCELERATORS: [AcceleratorKind; 2] = [AcceleratorKind::Linear, AcceleratorKind::Tree(BuildQuality::Fast)];
@@ -111,11 +113,7 @@ fn memory_of_meshes_instances_and_generators() {
 /// Protects: the same for the models of the shared assets that load, textures included.
 #[test]
 fn memory_of_models() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/assets");
-    if !folder.is_dir() {
-        eprintln!("skipped: shared data not found ({})", folder.display());
-        return;
-    }
+    let Some(folder) = shared("assets") else { return };
     let (mut open, mut most): (Vec<PathBuf>, f64) = (vec![folder.join("gltf"), folder.join("obj")], 1.0);
     while let Some(next) = open.pop() {
         for path in std::fs::read_dir(&next).expect("a folder").map(|entry| entry.expect("readable").path()) {

@@ -1,12 +1,12 @@
 //! A room of 34,000 triangles whose materials have one side, under six lamps: in the file's own view the camera looks through some backs.
 
-use std::path::Path;
-
 use raywright::core::picture::Picture;
 use raywright::core::scene::{Colour, Sky};
 use raywright::core::settings::{Crop, Sampling};
 use raywright::core::{Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
+
+use crate::support::shared;
 
 /// Mean of these pixels, of a picture by Mitsuba 3.9 (`path`, `twosided`, nine segments, 1500 samples a pixel) whose first rays were taken on
 /// through the faces that they met from behind. It is right to .3 %.
@@ -20,11 +20,7 @@ const SPOTS: f64 = 0.0377;
 /// them by a thirteenth.
 #[test]
 fn light_stops_at_backs_that_the_camera_looks_through() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/cases/room/room.gltf");
-    if !path.exists() {
-        eprintln!("skipped: shared data not found ({})", path.display());
-        return;
-    }
+    let Some(path) = shared("cases/room/room.gltf") else { return };
     let mut scene = load(&Input::Path(path), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
     scene.sky = Some(Sky::Constant(Colour::BLACK));
     let settings = Settings {

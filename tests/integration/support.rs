@@ -17,6 +17,16 @@ pub fn carried(preset: &str) -> bool {
     carried
 }
 
+/// A file or folder of the shared data beside the checkout; none, and a line that `.ci/run` counts, where it is missing.
+pub fn shared(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(name);
+    if !path.exists() {
+        eprintln!("skipped: shared data not found ({})", path.display());
+        return None;
+    }
+    Some(path)
+}
+
 /// A fresh folder in which the program runs; deleted at the end of the test.
 pub struct Desk {
     folder: tempfile::TempDir,

@@ -73,7 +73,7 @@ pub fn whole(seconds: u64) -> String {
 mod tests {
     use super::*;
 
-    /// Three digits at most, and no unit beyond what they can carry.
+    /// Protects: three digits at most, and no unit beyond what they can carry.
     #[test]
     fn durations_are_short() {
         let cases = [(0.0354, "35 ms"), (0.9996, "1.00 s"), (1.239, "1.24 s"), (75.04, "75.0 s"), (725.0, "12 min 5 s")];
@@ -83,7 +83,7 @@ mod tests {
         assert_eq!(spoken(7500.0), "2 h 5 min");
     }
 
-    /// Stages follow each other without gaps: their sum is never more than the whole.
+    /// Protects: stages follow each other without gaps: their sum is never more than the whole.
     #[test]
     fn laps_add_up() {
         let mut clock = Clock::start();

@@ -18,7 +18,7 @@ pub fn peak_bytes() -> Option<u64> {
 
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
-    /// Memory that was touched is counted.
+    /// Protects: memory that was touched is counted.
     #[test]
     fn touched_memory_is_counted() {
         let block = vec![1_u8; 32 << 20];

@@ -122,7 +122,7 @@ pub fn accelerator(kind: AcceleratorKind) -> &'static str {
 mod tests {
     use super::*;
 
-    /// What a shell would take apart is kept together, so that the command can be pasted.
+    /// Protects: what a shell would take apart is kept together, so that the command can be pasted.
     #[test]
     fn words_are_quoted_where_needed() {
         assert_eq!(quoted("--crop"), "--crop");
@@ -132,7 +132,7 @@ mod tests {
         assert_eq!(quoted(""), "''");
     }
 
-    /// Names of variants are those of scene files.
+    /// Protects: names of variants are those of scene files.
     #[test]
     fn variants_have_their_file_names() {
         assert_eq!(name(&raywright_core::scene::ToneMap::KhronosNeutral), "khronos-neutral");

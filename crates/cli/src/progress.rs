@@ -235,7 +235,7 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// The estimate is the time so far in proportion, rounded up so that it never says 0 s before the end.
+    /// Protects: the estimate is the time so far in proportion, rounded up so that it never says 0 s before the end.
     #[test]
     fn time_left_is_in_proportion() {
         let line = |what, elapsed, done, total| Work { elapsed, reports: 1, done, total }.line(what);
@@ -288,7 +288,7 @@ mod tests {
         assert_eq!(Display::Nothing.report("loading", work(second, 1)), None);
     }
 
-    /// A thousand reports within a minute make a handful of lines, each pause twice the one before.
+    /// Protects: a thousand reports within a minute make a handful of lines, each pause twice the one before.
     #[test]
     fn lines_become_rarer() {
         let mut pace = Pace::new();

@@ -127,7 +127,7 @@ pub fn significant(value: f64, digits: i32) -> String {
 mod tests {
     use super::*;
 
-    /// Widths count characters, not bytes, and lines have no trailing blanks.
+    /// Protects: widths count characters, not bytes, and lines have no trailing blanks.
     #[test]
     fn columns_line_up() {
         let rows = [["é", "1", "x"], ["abc", "100", ""]].map(|row| row.map(str::to_owned));
@@ -148,7 +148,7 @@ mod tests {
         assert_eq!(lay_out_within([Align::Right; 4], &rows, None).lines().count(), 2);
     }
 
-    /// Numbers of any size keep four digits and lose empty ones.
+    /// Protects: numbers of any size keep four digits and lose empty ones.
     #[test]
     fn numbers_are_short() {
         let cases = [

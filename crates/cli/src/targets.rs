@@ -158,7 +158,7 @@ mod tests {
         pictures(named, &mut Outputs::default())
     }
 
-    /// Two spellings of one file are one file.
+    /// Protects: two spellings of one file are one file.
     #[test]
     fn the_same_file_twice_is_refused() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -172,7 +172,7 @@ mod tests {
         assert!(check(&[one, link]).is_err());
     }
 
-    /// Looking whether a folder can be written to leaves nothing behind in it.
+    /// Protects: looking whether a folder can be written to leaves nothing behind in it.
     #[test]
     fn checking_leaves_no_trace() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -26,7 +26,7 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().expect("a list").iter().map(|x| x.as_f64().expect("a number")).collect()
 }
 
-/// The gradients equal the frozen table bit for bit, all 42 that rounding decides included.
+/// Protects: the gradients equal the frozen table bit for bit, all 42 that rounding decides included.
 #[test]
 fn gradients_are_those_of_single_precision() {
     let Some(table) = reference("gradient_table.json") else { return };
@@ -38,7 +38,7 @@ fn gradients_are_those_of_single_precision() {
     }
 }
 
-/// Noise and its sums are within 1e-6 of the reference, in both precisions.
+/// Protects: noise and its sums are within 1e-6 of the reference, in both precisions.
 #[test]
 fn values_are_those_of_the_reference() {
     let Some(table) = reference("noise_table.json") else { return };
@@ -125,7 +125,7 @@ const VALUES: [([f64; 3], [f64; 6]); 5] = [
     ),
 ];
 
-/// The values that this code had when it was checked against the reference: a clone without the reference tests them too.
+/// Protects: the values that this code had when it was checked against the reference: a clone without the reference tests them too.
 #[test]
 fn values_stay_what_they_were() {
     for ([x, y, z], expected) in VALUES {
@@ -138,7 +138,7 @@ fn values_stay_what_they_were() {
     }
 }
 
-/// Of the 42 hash values on the edge of the octahedron, rounding folds all but one.
+/// Protects: of the 42 hash values on the edge of the octahedron, rounding folds all but one.
 #[test]
 fn rounding_folds_all_edge_points_but_one() {
     let on_edge = |hash: &usize| 2 * (hash % 7) + (2 * (hash / 7 % 7)).abs_diff(7) == 7;
@@ -148,7 +148,7 @@ fn rounding_folds_all_edge_points_but_one() {
     assert_eq!(unfolded, [147]);
 }
 
-/// Both precisions agree within the bound of the reference where the argument is the same number in both.
+/// Protects: both precisions agree within the bound of the reference where the argument is the same number in both.
 #[test]
 fn precisions_agree() {
     for i in 0..1000_i16 {
@@ -160,7 +160,7 @@ fn precisions_agree() {
     }
 }
 
-/// Zero on the lattice, continuous across it, and the same again after 289 units, on both sides of the origin.
+/// Protects: zero on the lattice, continuous across it, and the same again after 289 units, on both sides of the origin.
 #[test]
 fn the_lattice_is_seamless() {
     for i in -300..300_i32 {
@@ -173,7 +173,7 @@ fn the_lattice_is_seamless() {
     }
 }
 
-/// Arguments beyond any lattice give a number, not a panic; NaN stays NaN.
+/// Protects: arguments beyond any lattice give a number, not a panic; NaN stays NaN.
 #[test]
 fn extreme_arguments_are_survived() {
     for x in [1e10, -1e10, 1e30, -1e30, f64::MAX, f64::MIN, f64::INFINITY, f64::NEG_INFINITY, -1e-300] {

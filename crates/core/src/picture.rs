@@ -77,7 +77,7 @@ fn pixel_count(width: u32, height: u32) -> usize {
 mod tests {
     use super::*;
 
-    /// Rows count from the top and columns from the left, and places outside are none, also where the index would exist.
+    /// Protects: rows count from the top and columns from the left, and places outside are none, also where the index would exist.
     #[test]
     fn pixels_are_addressed_by_column_and_row() {
         let mut picture = Picture::new(3, 2);
@@ -88,7 +88,7 @@ mod tests {
         assert_eq!(picture.pixels(), 6);
     }
 
-    /// A buffer of the wrong length is seen, whichever it is.
+    /// Protects: a buffer of the wrong length is seen, whichever it is.
     #[test]
     fn inconsistent_buffers_are_seen() {
         let good = Picture::new(2, 2);

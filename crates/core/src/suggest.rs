@@ -27,6 +27,7 @@ fn plain(word: &str) -> String {
 mod tests {
     use super::closest;
 
+    /// Protects: typing errors and other spellings find their word.
     #[test]
     fn typing_errors_and_other_spellings_find_their_word() {
         let words = ["colour", "centre", "radius", "vertical_fov", "u"];
@@ -41,6 +42,7 @@ mod tests {
         }
     }
 
+    /// Protects: what is not near gets no suggestion.
     #[test]
     fn what_is_not_near_gets_no_suggestion() {
         for wrong in ["banana", "x", "", &"radius".repeat(100)] {

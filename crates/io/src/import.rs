@@ -229,7 +229,7 @@ impl Budget {
 mod tests {
     use super::*;
 
-    /// Two meshes of one name would make every reference to them ambiguous.
+    /// Protects: two meshes of one name would make every reference to them ambiguous.
     #[test]
     fn names_are_unique_even_against_numbered_wishes() {
         let mut names = Names::default();
@@ -239,7 +239,7 @@ mod tests {
         assert_eq!(made[0], "a");
     }
 
-    /// A file with a million faults must not print a million lines.
+    /// Protects: a file with a million faults must not print a million lines.
     #[test]
     fn warnings_are_said_once_and_capped() {
         let mut warnings = Warnings::default();
@@ -253,7 +253,7 @@ mod tests {
         assert_eq!(said, ["f: a", "f: b"]);
     }
 
-    /// Claims add up, also when a single product overflows.
+    /// Protects: claims add up, also when a single product overflows.
     #[test]
     fn budget_refuses_what_exceeds_it() {
         let mut budget = Budget::new(&Limits { memory_bytes: 100, triangles: 3, ..Limits::default() });
@@ -265,7 +265,7 @@ mod tests {
         assert!(budget.memory(44, 1).is_ok());
     }
 
-    /// What a hostile file calls itself must not fill the terminal or steer it.
+    /// Protects: what a hostile file calls itself must not fill the terminal or steer it.
     #[test]
     fn shown_text_is_short_and_clean() {
         assert_eq!(shown("a\x1b[31m\nb"), "a\u{fffd}[31m\u{fffd}b");

@@ -48,6 +48,7 @@ pub fn human_bytes(bytes: u64) -> String {
 mod tests {
     use super::human_bytes;
 
+    /// Protects: sizes read as a person writes them.
     #[test]
     fn sizes_read_as_a_person_writes_them() {
         let cases =

@@ -106,7 +106,7 @@ mod tests {
         MeshData { positions, indices: vec![[0, 1, 2], [2, 1, 3]], ..MeshData::default() }
     }
 
-    /// One bad vertex takes its triangles with it, and nothing not finite is left for the bounds.
+    /// Protects: one bad vertex takes its triangles with it, and nothing not finite is left for the bounds.
     #[test]
     fn unusable_vertices_go_with_their_triangles() {
         for bad in [f32::NAN, f32::INFINITY, -1e30] {
@@ -117,7 +117,7 @@ mod tests {
         }
     }
 
-    /// A normal without length becomes its facets' mean; others are only brought to unit length.
+    /// Protects: a normal without length becomes its facets' mean; others are only brought to unit length.
     #[test]
     fn normals_without_length_are_made_anew() {
         let mut mesh = triangle(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
@@ -126,7 +126,7 @@ mod tests {
         assert_eq!(mesh.normals, [[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]);
     }
 
-    /// What is flat is flat at every scale, and what is not is not.
+    /// Protects: what is flat is flat at every scale, and what is not is not.
     #[test]
     fn flatness_does_not_depend_on_scale() {
         let turned = DQuat::from_rotation_y(0.5);
@@ -139,7 +139,7 @@ mod tests {
         assert!(!is_invertible(&sheared));
     }
 
-    /// Rows of the matrix, translation last.
+    /// Protects: rows of the matrix, translation last.
     #[test]
     fn transforms_are_written_by_rows() {
         assert!(transform_steps(&DAffine3::IDENTITY).is_empty());

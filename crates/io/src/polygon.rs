@@ -141,7 +141,7 @@ mod tests {
         triangles.iter().map(|t| normal(&t.map(|i| points[i])).length() / 2.0).sum()
     }
 
-    /// A fan over an L covers what is outside of it: the sum of areas tells.
+    /// Protects: a fan over an L covers what is outside of it: the sum of areas tells.
     #[test]
     fn concave_polygons_are_covered_exactly() {
         let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
@@ -174,7 +174,7 @@ mod tests {
         }
     }
 
-    /// What is no polygon at all still ends, with the right number of triangles.
+    /// Protects: what is no polygon at all still ends, with the right number of triangles.
     #[test]
     fn degenerate_polygons_end() {
         let same = vec![DVec3::ONE; 50];
@@ -185,7 +185,7 @@ mod tests {
         assert!(triangulated(&square[..2]).is_empty());
     }
 
-    /// The work is bounded, whatever the polygon.
+    /// Protects: the work is bounded, whatever the polygon.
     #[test]
     fn huge_concave_polygons_are_refused() {
         let tooth = |i: i32| DVec3::new(f64::from(i), f64::from(i % 2) * (1.0 + f64::from(i % 7)), 0.0);
@@ -195,7 +195,7 @@ mod tests {
     }
 
     proptest! {
-        /// A star-shaped polygon is covered exactly: its area is the sum of its triangles' areas.
+        /// Protects: a star-shaped polygon is covered exactly: its area is the sum of its triangles' areas.
         #[test]
         fn star_shaped_polygons_keep_their_area(radii in prop::collection::vec(0.1_f64..1.0, 3..40)) {
             let n = radii.len() as f64;

@@ -58,7 +58,7 @@ pub(crate) fn no_number(keyword: &str, word: &str) -> Fault {
 mod tests {
     use super::*;
 
-    /// Numbers that other programs write.
+    /// Protects: numbers that other programs write.
     #[test]
     fn numbers_are_read_as_c_reads_them() {
         for (word, value) in [("1", 1.0), (".8e-001", 0.08), ("-.7e+02", -70.0), ("2.", 2.0), ("1.5f", 1.5), ("3.1+e2", 3.1)] {

@@ -70,7 +70,7 @@ fn data(text: &str) -> Outcome<Vec<u8>> {
 mod tests {
     use super::*;
 
-    /// Base64 with and without padding, with escapes and line breaks, and plain percent-encoded text.
+    /// Protects: base64 with and without padding, with escapes and line breaks, and plain percent-encoded text.
     #[test]
     fn data_references_are_decoded() {
         for text in [";base64,QUJD", "x/y;charset=z;BASE64,QUJD", ";base64,QU\r\nJD", ";base64,QUJ%44", ",ABC", ",%41BC"] {
@@ -84,7 +84,7 @@ mod tests {
         }
     }
 
-    /// Escapes are undone, but a file that is really called so is found as well.
+    /// Protects: escapes are undone, but a file that is really called so is found as well.
     #[test]
     fn names_are_read_escaped_and_as_they_are() {
         let folder = tempfile::tempdir().unwrap();

@@ -58,6 +58,7 @@ fn png() -> Vec<u8> {
     bytes
 }
 
+/// Protects: a file that does not exist is named with the reason.
 #[test]
 fn a_file_that_does_not_exist_is_named_with_the_reason() {
     let error = load(&Input::Path(PathBuf::from("no/such.scene.toml")), &LoadOptions::default()).expect_err("no file");
@@ -65,6 +66,7 @@ fn a_file_that_does_not_exist_is_named_with_the_reason() {
     assert_eq!(error.to_string(), "error: cannot read no/such.scene.toml: no such file or folder");
 }
 
+/// Protects: a folder is no scene.
 #[test]
 fn a_folder_is_no_scene() {
     let error = load(&Input::Path(std::env::temp_dir()), &LoadOptions::default()).expect_err("a folder");
@@ -72,6 +74,7 @@ fn a_folder_is_no_scene() {
     assert!(error.to_string().ends_with(": it is a folder"), "{error}");
 }
 
+/// Protects: a file of another kind is refused with the kinds that are read.
 #[test]
 fn a_file_of_another_kind_is_refused_with_the_kinds_that_are_read() {
     let place = Place::new("");
@@ -86,6 +89,7 @@ fn a_file_of_another_kind_is_refused_with_the_kinds_that_are_read() {
     );
 }
 
+/// Protects: a text that is not UTF-8 is refused with its place.
 #[test]
 fn a_text_that_is_not_utf_8_is_refused_with_its_place() {
     let place = Place::new("");
@@ -98,6 +102,7 @@ fn a_text_that_is_not_utf_8_is_refused_with_its_place() {
     );
 }
 
+/// Protects: the ending decides what a file is and the content where it does not.
 #[test]
 fn the_ending_decides_what_a_file_is_and_the_content_where_it_does_not() {
     let place = Place::new("");
@@ -114,6 +119,7 @@ fn the_ending_decides_what_a_file_is_and_the_content_where_it_does_not() {
     assert_eq!(format("e.txt", b" {\"format\": 1}"), Ok((json, "e.txt".to_owned())));
 }
 
+/// Protects: what asks for too much is over a limit.
 #[test]
 fn what_asks_for_too_much_is_over_a_limit() {
     let grid = "format = 1\n[[materials]]\nname = \"m\"\nmodel.classic = {}\n[[generators]]\n\
@@ -132,6 +138,7 @@ fn what_asks_for_too_much_is_over_a_limit() {
     assert!(message.starts_with("error: x.scene.toml: the scene is larger than the limit of 10 bytes\nhelp: "), "{message}");
 }
 
+/// Protects: a missing texture is a warning and a missing sky is not.
 #[test]
 fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
     let loaded = Place::new(TEXTURED).load().expect("a scene");
@@ -145,6 +152,7 @@ fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
     assert!(message.contains("--> x.scene.toml:4:8"), "{message}");
 }
 
+/// Protects: images are decoded and broken ones shown at their place.
 #[test]
 fn images_are_decoded_and_broken_ones_shown_at_their_place() {
     let place = Place::new(TEXTURED);
@@ -160,6 +168,7 @@ fn images_are_decoded_and_broken_ones_shown_at_their_place() {
     assert!(place.load_with(&limits(Limits { image_pixels: 1, ..Limits::default() })).is_ok(), "as many as are allowed");
 }
 
+/// Protects: references out of the folder are refused at their place.
 #[test]
 fn references_out_of_the_folder_are_refused_at_their_place() {
     let scene = TEXTURED.replace("wood.png", "../wood.png");
@@ -175,6 +184,7 @@ fn references_out_of_the_folder_are_refused_at_their_place() {
     );
 }
 
+/// Protects: an unknown embedded image is refused at its place.
 #[test]
 fn an_unknown_embedded_image_is_refused_at_its_place() {
     let (kind, message) = Place::new(&TEXTURED.replace("wood.png", "embedded:nothing")).fails(&LoadOptions::default());
@@ -197,6 +207,7 @@ fn gltf_triangle(place: &Place) {
 
 const MODEL: &str = "format = 1\n[[meshes]]\nname = \"leaf\"\nsource.file = \"models/leaf.gltf\"\n";
 
+/// Protects: a mesh in a file becomes one mesh with the file's transforms.
 #[test]
 fn a_mesh_in_a_file_becomes_one_mesh_with_the_file_s_transforms() {
     let place = Place::new(MODEL);
@@ -209,6 +220,7 @@ fn a_mesh_in_a_file_becomes_one_mesh_with_the_file_s_transforms() {
     assert_eq!(mesh.indices, [[0, 1, 2], [3, 5, 4]]);
 }
 
+/// Protects: a mesh file that cannot be had is an error at its place.
 #[test]
 fn a_mesh_file_that_cannot_be_had_is_an_error_at_its_place() {
     let place = Place::new(MODEL);
@@ -222,6 +234,7 @@ fn a_mesh_file_that_cannot_be_had_is_an_error_at_its_place() {
     assert!(message.contains("models/leaf.gltf: ") && message.contains("--> x.scene.toml:4:15"), "{message}");
 }
 
+/// Protects: a model has no parameters.
 #[test]
 fn a_model_has_no_parameters() {
     let place = Place::new("");
@@ -233,6 +246,7 @@ fn a_model_has_no_parameters() {
     assert_eq!(load(&model, &LoadOptions::default()).expect("a scene").source.format, Format::Gltf);
 }
 
+/// Protects: the hash covers text time parameters and files.
 #[test]
 fn the_hash_covers_text_time_parameters_and_files() {
     let hash = |place: &Place, options: &LoadOptions| place.load_with(options).expect("a scene").hash;
@@ -298,6 +312,7 @@ fn a_scene_knows_its_files() {
     assert!(!held("x.png") && !held("leaf.bin"));
 }
 
+/// Protects: parts of a scene are located in its text.
 #[test]
 fn parts_of_a_scene_are_located_in_its_text() {
     let loaded = Place::new(TEXTURED).load().expect("a scene");
@@ -307,6 +322,7 @@ fn parts_of_a_scene_are_located_in_its_text() {
     assert_eq!(loaded.source.locate("sky.map"), *name);
 }
 
+/// Protects: every preset loads and is found by its name.
 #[test]
 fn every_preset_loads_and_is_found_by_its_name() {
     for preset in presets::list() {
@@ -318,6 +334,7 @@ fn every_preset_loads_and_is_found_by_its_name() {
     }
 }
 
+/// Protects: presets are the files of the scenes folder.
 #[test]
 fn presets_are_the_files_of_the_scenes_folder() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
@@ -328,6 +345,7 @@ fn presets_are_the_files_of_the_scenes_folder() {
     assert_eq!(presets::list().iter().map(|preset| preset.name.to_owned()).collect::<Vec<_>>(), files);
 }
 
+/// Protects: an unknown preset is a usage error with a suggestion.
 #[test]
 fn an_unknown_preset_is_a_usage_error_with_a_suggestion() {
     let Some(preset) = presets::list().into_iter().next() else { return };

@@ -20,7 +20,7 @@ fn quick(more: &[&'static str]) -> Vec<&'static str> {
     [&["bench", "--max-n", "20", "--repeats", "2", "--seconds", "0.01", "--shape", "spheres"], more].concat()
 }
 
-/// The table has a row for every N and says how it was measured and what it found.
+/// Protects: the table has a row for every N and says how it was measured and what it found.
 #[test]
 fn table_has_a_row_for_each_size() {
     let desk = Desk::new();
@@ -36,7 +36,7 @@ fn table_has_a_row_for_each_size() {
     assert_eq!(sizes, ["1", "2", "4", "8", "16", "20"].repeat(2), "{text}");
 }
 
-/// JSON has what a script compares runs by; what was not fitted is null.
+/// Protects: JSON has what a script compares runs by; what was not fitted is null.
 #[test]
 fn json_has_every_figure() {
     let desk = Desk::new();
@@ -59,7 +59,7 @@ fn json_has_every_figure() {
     assert!(row["tree"]["bytes"].as_u64() > row["scan"]["bytes"].as_u64(), "{row}");
 }
 
-/// Markdown is a table that renders: as many cells in each line as in its head.
+/// Protects: Markdown is a table that renders: as many cells in each line as in its head.
 #[test]
 fn markdown_is_a_table() {
     let desk = Desk::new();
@@ -70,7 +70,7 @@ fn markdown_is_a_table() {
     assert_eq!(cells, [[8; 8], [6; 8]].concat(), "{}", run.text());
 }
 
-/// The plot is written beside the table and is one whole SVG; another kind of file is refused before anything is measured.
+/// Protects: the plot is written beside the table and is one whole SVG; another kind of file is refused before anything is measured.
 #[test]
 fn plot_is_an_svg_file() {
     let desk = Desk::new();
@@ -83,7 +83,7 @@ fn plot_is_an_svg_file() {
     desk.run(&quick(&["-q", "-o", "no/n.svg"])).exits_with(4);
 }
 
-/// A scene of one's own: camera rays and bounces, and the changes that a scene can be given.
+/// Protects: a scene of one's own: camera rays and bounces, and the changes that a scene can be given.
 #[test]
 fn given_scenes_are_measured() {
     let desk = Desk::new();
@@ -99,7 +99,7 @@ fn given_scenes_are_measured() {
     desk.run(&["bench", "s.scene.toml", "--set", "q=1"]).exits_with(2);
 }
 
-/// Each mistake ends with the code that the command line promises.
+/// Protects: each mistake ends with the code that the command line promises.
 #[test]
 fn mistakes_have_their_codes() {
     let desk = Desk::new();

@@ -16,7 +16,7 @@ fn desk_with_pictures() -> Option<Desk> {
     Some(desk)
 }
 
-/// A picture against itself is identical, in both kinds, and passes the strictest thresholds.
+/// Protects: a picture against itself is identical, in both kinds, and passes the strictest thresholds.
 #[test]
 fn the_same_picture_is_identical() {
     let Some(desk) = desk_with_pictures() else { return };
@@ -29,7 +29,7 @@ fn the_same_picture_is_identical() {
     }
 }
 
-/// A figure beyond its threshold ends with 1 and is named; within, with 0.
+/// Protects: a figure beyond its threshold ends with 1 and is named; within, with 0.
 #[test]
 fn thresholds_decide_the_exit_code() {
     let Some(desk) = desk_with_pictures() else { return };
@@ -53,7 +53,7 @@ fn thresholds_decide_the_exit_code() {
     desk.run(&["compare", "a.exr", "b.exr", "--min-psnr", &(psnr + 0.1).to_string()]).exits_with(1);
 }
 
-/// The difference picture has the pictures' size and is written also where a threshold is passed.
+/// Protects: the difference picture has the pictures' size and is written also where a threshold is passed.
 #[test]
 fn the_difference_is_shown() {
     let Some(desk) = desk_with_pictures() else { return };
@@ -65,7 +65,7 @@ fn the_difference_is_shown() {
     assert!(none.rgb.iter().all(|pixel| *pixel == none.rgb[0]) && none.rgb != difference.rgb);
 }
 
-/// A linear picture and a display picture meet as display values, through the display that the flags describe.
+/// Protects: a linear picture and a display picture meet as display values, through the display that the flags describe.
 #[test]
 fn unlike_kinds_meet_as_display_values() {
     let Some(desk) = desk_with_pictures() else { return };
@@ -77,7 +77,7 @@ fn unlike_kinds_meet_as_display_values() {
     desk.run(&brighter).exits_with(1);
 }
 
-/// What cannot be compared: another size, no picture, no file, a difference picture nowhere.
+/// Protects: what cannot be compared: another size, no picture, no file, a difference picture nowhere.
 #[test]
 fn what_cannot_be_compared_is_explained() {
     let Some(desk) = desk_with_pictures() else { return };

@@ -5,7 +5,7 @@ use std::process::Stdio;
 
 use crate::support::{Desk, carried};
 
-/// `--help` and `--version` go to standard output and are no failure.
+/// Protects: `--help` and `--version` go to standard output and are no failure.
 #[test]
 fn help_and_version_are_results() {
     let desk = Desk::new();
@@ -17,7 +17,7 @@ fn help_and_version_are_results() {
     assert_eq!(version.text(), format!("raywright {}\n", env!("CARGO_PKG_VERSION")));
 }
 
-/// Every command explains itself, by `--help` and by `help`, and its summary fits into one line of the list.
+/// Protects: every command explains itself, by `--help` and by `help`, and its summary fits into one line of the list.
 #[test]
 fn every_command_has_help() {
     let desk = Desk::new();
@@ -57,7 +57,7 @@ fn help_is_wrapped_by_the_width_of_the_terminal() {
 const COMMANDS: [&str; 12] =
     ["render", "merge", "explain", "compare", "info", "check", "accuracy", "bench", "presets", "schema", "completions", "man"];
 
-/// Each shell gets a script that knows the commands.
+/// Protects: each shell gets a script that knows the commands.
 #[test]
 fn completions_are_written_for_each_shell() {
     let desk = Desk::new();
@@ -70,7 +70,7 @@ fn completions_are_written_for_each_shell() {
     }
 }
 
-/// The manual has a page for the program and for each command, under the name that `man` looks for.
+/// Protects: the manual has a page for the program and for each command, under the name that `man` looks for.
 #[test]
 fn manual_pages_carry_their_names() {
     let desk = Desk::new();
@@ -84,7 +84,7 @@ fn manual_pages_carry_their_names() {
     }
 }
 
-/// A reader that has seen enough is no failure: `raywright schema | head -0`.
+/// Protects: a reader that has seen enough is no failure: `raywright schema | head -0`.
 #[test]
 fn closed_pipe_is_success() {
     if !carried("whitted") {

@@ -4,7 +4,7 @@ use std::process::Command;
 
 use crate::support::{Desk, carried};
 
-/// Command lines that ask for something that does not exist.
+/// Protects: command lines that ask for something that does not exist.
 #[test]
 fn wrong_use_is_explained() {
     let desk = Desk::new();
@@ -78,7 +78,7 @@ fn wrong_use_is_explained() {
     assert!(desk.names().is_empty(), "nothing is written");
 }
 
-/// Files that cannot be read or written.
+/// Protects: files that cannot be read or written.
 #[test]
 fn files_out_of_reach_are_explained() {
     let desk = Desk::new();
@@ -94,7 +94,7 @@ fn files_out_of_reach_are_explained() {
         .says("error: cannot write renders/a.png: no such file or folder\nhelp: create the folder first: mkdir -p renders");
 }
 
-/// More than the machine may spend.
+/// Protects: more than the machine may spend.
 #[test]
 fn limits_are_explained() {
     if !carried("whitted") {

@@ -15,7 +15,7 @@ fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
     SMALL.iter().chain(more).copied().collect()
 }
 
-/// The program alone renders the canonical preset, at its own size, under its own name.
+/// Protects: the program alone renders the canonical preset, at its own size, under its own name.
 #[test]
 fn alone_it_renders_the_preset() {
     let desk = Desk::new();
@@ -35,7 +35,7 @@ fn alone_it_renders_the_preset() {
     assert_eq!(desk.names(), ["whitted.png"]);
 }
 
-/// Several outputs in one run, named by the user; quiet means silent.
+/// Protects: several outputs in one run, named by the user; quiet means silent.
 #[test]
 fn several_outputs_are_written() {
     if !carried("whitted") {
@@ -46,7 +46,7 @@ fn several_outputs_are_written() {
     assert_eq!(desk.names(), ["a.png", "b.exr"]);
 }
 
-/// `-o -` writes the same PNG to standard output and nothing else there.
+/// Protects: `-o -` writes the same PNG to standard output and nothing else there.
 #[test]
 fn standard_output_takes_the_picture() {
     if !carried("whitted") {
@@ -59,7 +59,7 @@ fn standard_output_takes_the_picture() {
     assert_eq!(desk.picture("a.png").rgb, desk.picture("b.png").rgb);
 }
 
-/// A crop holds the bits of the whole picture, in every kind of file.
+/// Protects: a crop holds the bits of the whole picture, in every kind of file.
 #[test]
 fn crops_are_parts_of_the_whole() {
     if !carried("whitted") {
@@ -77,7 +77,7 @@ fn crops_are_parts_of_the_whole() {
     }
 }
 
-/// Threads, scan or tree: the picture is the same, bit for bit.
+/// Protects: threads, scan or tree: the picture is the same, bit for bit.
 #[test]
 fn bits_do_not_depend_on_threads_or_accelerator() {
     if !carried("whitted") {
@@ -92,7 +92,7 @@ fn bits_do_not_depend_on_threads_or_accelerator() {
     assert!(one.rgb == desk.picture("scan.exr").rgb, "accelerator");
 }
 
-/// Flags that should change the picture do so, each in its own way.
+/// Protects: flags that should change the picture do so, each in its own way.
 #[test]
 fn flags_reach_the_picture() {
     if !carried("whitted") {
@@ -119,7 +119,7 @@ fn flags_reach_the_picture() {
     }
 }
 
-/// The seed decides the general sampler's numbers and nothing else does.
+/// Protects: the seed decides the general sampler's numbers and nothing else does.
 #[test]
 fn seeds_decide_random_samples() {
     if !carried("whitted") {
@@ -134,7 +134,7 @@ fn seeds_decide_random_samples() {
     assert!(first != desk.picture("c.exr").rgb);
 }
 
-/// A transparent background gives an alpha channel that is 0 in the sky and 1 on the ground.
+/// Protects: a transparent background gives an alpha channel that is 0 in the sky and 1 on the ground.
 #[test]
 fn transparency_is_an_alpha_channel() {
     if !carried("whitted") {
@@ -146,7 +146,7 @@ fn transparency_is_an_alpha_channel() {
     assert_eq!((alpha.first(), alpha.last()), (Some(&0.0), Some(&1.0)));
 }
 
-/// Layers arrive under the names that the contract gives them.
+/// Protects: layers arrive under the names that the contract gives them.
 #[test]
 fn layers_have_their_names() {
     if !carried("whitted") {
@@ -177,7 +177,7 @@ fn layers_have_their_names() {
     assert_eq!(names, expected);
 }
 
-/// A picture says how it was made.
+/// Protects: a picture says how it was made.
 #[test]
 fn pictures_carry_their_origin() {
     if !carried("whitted") {
@@ -197,7 +197,7 @@ fn pictures_carry_their_origin() {
     }
 }
 
-/// A failure leaves no file behind, neither the final one nor a temporary one.
+/// Protects: a failure leaves no file behind, neither the final one nor a temporary one.
 #[test]
 fn failures_leave_nothing_behind() {
     if !carried("whitted") {
@@ -211,7 +211,7 @@ fn failures_leave_nothing_behind() {
     assert_eq!(desk.names(), ["bad.scene.toml"]);
 }
 
-/// Places that cannot be written to are found before the scene is even read.
+/// Protects: places that cannot be written to are found before the scene is even read.
 #[test]
 fn unwritable_places_are_found_at_once() {
     let desk = Desk::new();
@@ -224,7 +224,7 @@ fn unwritable_places_are_found_at_once() {
     }
 }
 
-/// A folder without write permission; where the tests run as a user to whom that means nothing, nothing is shown.
+/// Protects: a folder without write permission; where the tests run as a user to whom that means nothing, nothing is shown.
 #[cfg(unix)]
 #[test]
 fn folders_without_permission_are_found_at_once() {
@@ -242,7 +242,7 @@ fn folders_without_permission_are_found_at_once() {
     desk.run(&small(&["-o", "locked/a.png"])).exits_with(4).says("error: cannot write locked/a.png: permission denied");
 }
 
-/// Plain progress is a line now and then with the share and the time left.
+/// Protects: plain progress is a line now and then with the share and the time left.
 #[test]
 fn progress_is_told_in_lines() {
     if !carried("whitted") {
@@ -265,7 +265,7 @@ fn progress_is_told_in_lines() {
 /// A render that takes minutes, so that a test can interrupt it.
 const LONG: [&str; 9] = ["render", "preset:whitted", "-o", "a.exr", "--spp", "4096", "--size", "1920x1080", "--progress=plain"];
 
-/// Ctrl-C keeps what is finished under a name that says so, and the final name stays free.
+/// Protects: Ctrl-C keeps what is finished under a name that says so, and the final name stays free.
 #[cfg(unix)]
 #[test]
 fn interrupted_renders_keep_what_is_finished() {
@@ -292,7 +292,7 @@ fn interrupted_renders_keep_what_is_finished() {
     assert!(picture.rgb.iter().any(|&pixel| pixel != [0.0; 3]), "something was finished");
 }
 
-/// A second Ctrl-C does not wait until everything that was finished is kept.
+/// Protects: a second Ctrl-C does not wait until everything that was finished is kept.
 #[cfg(unix)]
 #[test]
 fn a_second_interrupt_ends_at_once() {

@@ -8,7 +8,7 @@ fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("JSON")
 }
 
-/// The table and the JSON hold the same effects, each in exactly one place.
+/// Protects: the table and the JSON hold the same effects, each in exactly one place.
 #[test]
 fn explain_says_the_same_twice() {
     if !carried("whitted") {
@@ -45,7 +45,7 @@ fn explain_says_the_same_twice() {
     assert_eq!(status("depth of field"), Some("absent".into()));
 }
 
-/// A scene with what this version does not do: the picture is made, and one warning says what is missing.
+/// Protects: a scene with what this version does not do: the picture is made, and one warning says what is missing.
 #[test]
 fn what_is_left_out_is_a_warning() {
     let desk = Desk::new();
@@ -142,7 +142,7 @@ fn closed_gaps_are_a_warning() {
     assert!(!exact.exits_with(0).stderr.contains("the gap between"), "{}", exact.stderr);
 }
 
-/// `--stats` has the fields that scripts rely on, and its figures are those of the render.
+/// Protects: `--stats` has the fields that scripts rely on, and its figures are those of the render.
 #[test]
 fn stats_have_their_fields() {
     if !carried("whitted") {
@@ -196,7 +196,7 @@ fn stats_have_their_fields() {
     assert_eq!(sky["memory"]["texture_bytes"], 20 * 10 * 4);
 }
 
-/// The report goes where a report belongs, and never over the scene itself.
+/// Protects: the report goes where a report belongs, and never over the scene itself.
 #[test]
 fn stats_are_checked_before_the_render() {
     let desk = Desk::new();
@@ -211,7 +211,7 @@ fn stats_are_checked_before_the_render() {
     assert_eq!(desk.names(), ["a.scene.json"]);
 }
 
-/// A scene without camera and light is shown all the same, and the user is told what was added.
+/// Protects: a scene without camera and light is shown all the same, and the user is told what was added.
 #[test]
 fn what_is_added_to_a_scene_is_said() {
     let desk = Desk::new();

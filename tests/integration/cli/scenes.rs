@@ -28,7 +28,7 @@ kind.grid = { counts = [3, 2, 1], origin = [0, 0, 0], step = [4, 3, 1] }
 object = { shape.disk = { centre = [0, 0, 0], normal = [0, 0, 1], radius = 1 }, material = "red" }
 "#;
 
-/// The table of `info` counts what is there, and leaves rows out that have nothing to say.
+/// Protects: the table of `info` counts what is there, and leaves rows out that have nothing to say.
 #[test]
 fn info_shows_what_is_in_a_scene() {
     let desk = Desk::new();
@@ -55,7 +55,7 @@ materials   1 classic
     assert_eq!(rest[2].1.len(), 64);
 }
 
-/// `check` says that a good file is good, and ends with the code that scripts look at when it is not.
+/// Protects: `check` says that a good file is good, and ends with the code that scripts look at when it is not.
 #[test]
 fn check_tells_good_files_from_bad_ones() {
     let desk = Desk::new();
@@ -75,7 +75,7 @@ fn check_tells_good_files_from_bad_ones() {
         .says("error: cannot read missing.scene.toml: no such file or folder");
 }
 
-/// A parameter that the scene does not have is a mistake of the command line, not of the file.
+/// Protects: a parameter that the scene does not have is a mistake of the command line, not of the file.
 #[test]
 fn unknown_parameters_are_wrong_use() {
     let desk = Desk::new();
@@ -83,7 +83,7 @@ fn unknown_parameters_are_wrong_use() {
     desk.run(&["check", "two.scene.toml", "--set", "q=1"]).exits_with(2);
 }
 
-/// The text of a preset is a scene file that the program itself accepts.
+/// Protects: the text of a preset is a scene file that the program itself accepts.
 #[test]
 fn presets_are_scene_files() {
     let desk = Desk::new();
@@ -99,7 +99,7 @@ fn presets_are_scene_files() {
     desk.run(&["presets", "no-such-preset"]).exits_with(2);
 }
 
-/// The schema is JSON that describes every part of a scene.
+/// Protects: the schema is JSON that describes every part of a scene.
 #[test]
 fn the_schema_describes_scenes() {
     let run = Desk::new().run(&["schema"]);
@@ -110,7 +110,7 @@ fn the_schema_describes_scenes() {
     }
 }
 
-/// All problems of the keys are reported at once, each with its line, a caret and a remedy.
+/// Protects: all problems of the keys are reported at once, each with its line, a caret and a remedy.
 #[test]
 fn problems_of_a_scene_are_shown_where_they_are() {
     let desk = Desk::new();

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::{assets, looking, picture, scene};
+use super::{looking, picture, scene};
+use crate::support::shared;
 
 /// All files below a folder, in order.
 pub(super) fn files_below(folder: PathBuf) -> Vec<PathBuf> {
@@ -19,7 +20,7 @@ pub(super) fn files_below(folder: PathBuf) -> Vec<PathBuf> {
 /// Protects: each file that has a twin, which says the same in plain words, shows its twin's picture; rounding may move an edge.
 #[test]
 fn twins_look_alike() {
-    let Some(folder) = assets("gltf") else { return };
+    let Some(folder) = shared("assets/gltf") else { return };
     let stem = |path: &PathBuf| path.file_stem().expect("a name").to_string_lossy().into_owned();
     let files = files_below(folder);
     let mut compared = 0;
@@ -44,7 +45,7 @@ fn twins_look_alike() {
 /// the setting, is the right one, which does not; a wrong one is a red cross.
 #[test]
 fn ticks_of_the_texture_settings_agree() {
-    let Some(file) = assets("gltf/TextureSettingsTest/TextureSettingsTest.gltf") else { return };
+    let Some(file) = shared("assets/gltf/TextureSettingsTest/TextureSettingsTest.gltf") else { return };
     let card = picture(&scene(&file), Some(looking([0.0, 0.0, 15.0], [0.0; 3], 45.0)), [512, 512], 16);
     // In pixels of this view: eight rows of ticks 37 pixels high, 42.6 apart; the right column 88 pixels beside the left.
     for row in 0..8 {

@@ -5,23 +5,13 @@ mod answers;
 mod samples;
 mod verdicts;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use raywright::core::picture::Picture;
 use raywright::core::scene::{Camera, Integrator, Pinhole, Pose, Projection};
 use raywright::core::settings::{Background, Sampling};
 use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
-
-/// A folder of the shared assets; none, with a note, where this machine has not got it.
-fn assets(name: &str) -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/assets").join(name);
-    if folder.exists() {
-        return Some(folder);
-    }
-    eprintln!("skipped: shared data not found ({})", folder.display());
-    None
-}
 
 /// A model's scene.
 fn scene(path: &Path) -> Scene {

@@ -16,7 +16,8 @@ use raywright::core::scene::TransferCurve;
 use raywright::io::{Environment, EnvironmentSource, Input, LoadOptions, load};
 use serde_json::Value;
 
-use super::{assets, looking, picture};
+use super::{looking, picture};
+use crate::support::shared;
 
 /// Pixels a side: the samples have four times as many.
 const SIZE: usize = 100;
@@ -195,7 +196,7 @@ fn mirrored(picture: &Picture) -> Picture {
 /// tell if it did not: the mirrored picture of what has a pattern fails it.
 #[test]
 fn generated_models_look_like_their_samples() {
-    let Some(folder) = assets("gltf/AssetGenerator") else { return };
+    let Some(folder) = shared("assets/gltf/AssetGenerator") else { return };
     let pairs = pairs(&folder);
     let mut studios = BTreeMap::new();
     for pair in &pairs {

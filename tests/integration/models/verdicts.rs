@@ -10,8 +10,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Map, Value};
 
 use super::answers::files_below;
-use super::assets;
-use crate::support::Desk;
+use crate::support::{Desk, shared};
 
 /// How a run ended.
 struct Verdict {
@@ -76,7 +75,7 @@ fn complaint(verdict: &Verdict, expected: Option<&Value>, whole: bool) -> Option
 /// shows a pixel that is no number, or takes more than ten seconds or two gigabytes.
 #[test]
 fn every_file_gets_its_verdict() {
-    let Some(root) = assets("") else { return };
+    let Some(root) = shared("assets") else { return };
     let expected = expectations(&root.join("malformed"));
     let validator = expectations(&root.join("malformed/khronos-validator"));
     let (desk, mut wrong, mut count) = (Desk::new(), Vec::new(), 0);

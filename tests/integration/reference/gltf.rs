@@ -1,27 +1,25 @@
 //! Models under an environment against pictures that Cycles made of them, in codes of the display.
 
-use std::path::Path;
-
 use raywright::core::display::Display;
 use raywright::core::scene::{Camera, Integrator, Pinhole, Pose, Projection, ToneMap, TransferCurve};
 use raywright::core::settings::{Background, Sampling};
 use raywright::core::{Settings, prepare};
 use raywright::io::{Environment, EnvironmentSource, Input, LoadOptions, load};
 
-use super::reference;
+use crate::support::shared;
 
 /// Pixels of the stored pictures along the edge of a block whose means are compared: noise counts less, and edges by half a pixel.
 const BLOCK: usize = 4;
 
 /// Mean difference of codes to the picture of a renderer, in the mean over blocks that both show whole.
 fn difference(scenario: &str, renderer: &str, model: &str, camera: ([f64; 3], [f64; 3]), integrator: Integrator) -> Option<f64> {
-    let folder = reference("gltf")?;
+    let folder = shared("reference/gltf")?;
     let theirs = image::open(folder.join(scenario).join(format!("{renderer}.webp"))).expect("a picture").to_rgba8();
     // Each of our pixels is two by two of theirs.
     let size = [theirs.width() / 2, theirs.height() / 2];
     let file = EnvironmentSource::File(folder.join("lightroom_14b_1k_reconstructed.hdr"));
     let environment = Environment { source: Some(file), ..Environment::default() };
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(model);
+    let path = shared(model)?;
     let options = LoadOptions { environment, ..LoadOptions::default() };
     let scene = load(&Input::Path(path), &options).unwrap_or_else(|e| panic!("{e}")).scene;
     let (eye, target) = camera;

@@ -4,8 +4,8 @@ use raywright::core::Scene;
 use raywright::core::scene::{ColourSpace, ConstantOffset, DepthLimit, Falloff, LightKind, OffsetDirection, SideRule, SpawnRule};
 use raywright::core::settings::{Aov, PrecisionChoice};
 
-use super::{classic, hold_stable, object_ids, read, reference, render, render_scene, scene, share_beyond, stable_mask};
-use crate::support::carried;
+use super::{classic, hold_stable, object_ids, read, render, render_scene, scene, share_beyond, stable_mask};
+use crate::support::{carried, shared};
 
 /// Folder, parameter, and the place of our objects in the reference's order: column and wall change places in its second set.
 const SETS: [(&str, f64, [f32; 6]); 2] =
@@ -14,7 +14,7 @@ const SETS: [(&str, f64, [f32; 6]); 2] =
 /// Protects: near and far roots by side, texture coordinates by expression, weights by the angle of view, unshadowed
 /// highlights, rays without offset, and the local colour at the end of the only bounce.
 fn sets(precision: PrecisionChoice) {
-    let Some(folder) = reference("kinderpainter").filter(|_| carried("kinderpainter")) else { return };
+    let Some(folder) = shared("reference/kinderpainter").filter(|_| carried("kinderpainter")) else { return };
     for (name, b, order) in SETS {
         let folder = folder.join(name);
         let stable = stable_mask(&folder);
@@ -32,11 +32,13 @@ fn sets(precision: PrecisionChoice) {
     }
 }
 
+/// Protects: both sets of the preset are the pictures of the original program, pixel by pixel, in `robust`.
 #[test]
 fn both_sets_robust() {
     sets(PrecisionChoice::Robust);
 }
 
+/// Protects: the same in `reference`.
 #[test]
 fn both_sets_reference() {
     sets(PrecisionChoice::Reference);
@@ -45,7 +47,7 @@ fn both_sets_reference() {
 /// Protects the tests above: each single wrong rule is seen by their bound in one of the sets.
 #[test]
 fn a_single_wrong_rule_is_seen() {
-    let Some(folder) = reference("kinderpainter").filter(|_| carried("kinderpainter")) else { return };
+    let Some(folder) = shared("reference/kinderpainter").filter(|_| carried("kinderpainter")) else { return };
     type Mistake = (&'static str, fn(&mut Scene));
     let mistakes: [Mistake; 8] = [
         ("nothing at the end of the bounce", |s| s.classic.depth_limit = DepthLimit::Drop),

@@ -16,16 +16,6 @@ use raywright::core::{Rendered, Scene, Settings, prepare};
 use raywright::io::output::{Metadata, read_picture, write_png};
 use raywright::io::{Input, Limits, LoadOptions, Overrides, load};
 
-/// The folder of reference data beside the checkout; none, with a line that says so, where it is missing.
-pub fn reference(name: &str) -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/reference").join(name);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    eprintln!("skipped: shared data not found ({})", folder.display());
-    None
-}
-
 /// A picture of the reference.
 pub fn read(path: &Path) -> Picture {
     read_picture(path, &Limits::default()).unwrap_or_else(|e| panic!("{e}")).picture

@@ -4,8 +4,8 @@ use raywright::core::Scene;
 use raywright::core::scene::{ColourInput, Sky};
 use raywright::core::settings::{Aov, PrecisionChoice};
 
-use super::{classic, hold_stable, object_ids, read, reference, render, render_scene, scene, share_beyond, stable_mask};
-use crate::support::carried;
+use super::{classic, hold_stable, object_ids, read, render, render_scene, scene, share_beyond, stable_mask};
+use crate::support::{carried, shared};
 
 /// Folder, time, pointer, size.
 const VIEWS: [(&str, f64, [f64; 2], [u32; 2]); 2] =
@@ -14,7 +14,7 @@ const VIEWS: [(&str, f64, [f64; 2], [u32; 2]); 2] =
 /// Protects: gradient noise and its sums inside expressions of surfaces, weights, shadows and sky, and every constant of
 /// the preset.
 fn views(precision: PrecisionChoice) {
-    let Some(folder) = reference("noise").filter(|_| carried("noise")) else { return };
+    let Some(folder) = shared("reference/noise").filter(|_| carried("noise")) else { return };
     for (name, t, [x, y], size) in VIEWS {
         let folder = folder.join(name);
         let stable = stable_mask(&folder);
@@ -33,11 +33,13 @@ fn views(precision: PrecisionChoice) {
     }
 }
 
+/// Protects: both views of the preset are the pictures of the original program, pixel by pixel, in `robust`.
 #[test]
 fn both_views_robust() {
     views(PrecisionChoice::Robust);
 }
 
+/// Protects: the same in `reference`.
 #[test]
 fn both_views_reference() {
     views(PrecisionChoice::Reference);
@@ -62,7 +64,7 @@ fn a_shadow_rule_of_its_own_needs_no_occluder() {
 /// Protects the tests above: each single wrong rule is seen by their bound in one of the views.
 #[test]
 fn a_single_wrong_rule_is_seen() {
-    let Some(folder) = reference("noise").filter(|_| carried("noise")) else { return };
+    let Some(folder) = shared("reference/noise").filter(|_| carried("noise")) else { return };
     type Mistake = (&'static str, fn(&mut Scene));
     let mistakes: [Mistake; 6] = [
         ("one pattern on the ball", |s| edit(&mut classic(s, "ball").colour, "0.4*(", "0.0*(")),

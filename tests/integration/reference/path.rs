@@ -7,7 +7,8 @@ use raywright::core::picture::Picture;
 use raywright::core::settings::{Aov, Sampling};
 use serde_json::{Value, json};
 
-use super::{keep, read, reference, render_scene};
+use super::{keep, read, render_scene};
+use crate::support::shared;
 
 /// The scene of a folder, as facts: the documented one with every constant, and rays that start as its do.
 fn scene(folder: &Path, published: bool) -> Scene {
@@ -80,7 +81,7 @@ fn blocks(samples: impl Fn(usize) -> (f64, f64), [width, height]: [usize; 2]) ->
 /// Holds a picture against one of a folder: 99 % of the blocks within four standard errors of both together, and the mean within 0.5 %.
 #[track_caller]
 fn hold(folder: &str, file: &str, errors: &str, published: bool) {
-    let Some(all) = reference("path") else { return };
+    let Some(all) = shared("reference/path") else { return };
     let path = all.join(folder);
     let ours = render_scene(&scene(&path, published), |s| {
         s.sampling = Sampling::General(64);

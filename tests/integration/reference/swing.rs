@@ -3,8 +3,8 @@
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Aov, PrecisionChoice};
 
-use super::{object_ids, read, reference, render};
-use crate::support::carried;
+use super::{object_ids, read, render};
+use crate::support::{carried, shared};
 
 /// Pixels whose 3×3 neighbours show the same object.
 fn interior(ids: &[f32], width: u32, height: u32) -> Vec<bool> {
@@ -40,7 +40,7 @@ fn hits(aov: &Picture) -> Vec<f32> {
 
 /// Protects: a centre by expressions of the time, a field of view by focal length, and one parameter that switches light.
 fn pendulum(precision: PrecisionChoice) {
-    let Some(folder) = reference("swing").filter(|_| carried("pendulum")) else { return };
+    let Some(folder) = shared("reference/swing").filter(|_| carried("pendulum")) else { return };
     for (name, t) in [("t0p6_256x256", 0.6), ("t4p0_256x256", 4.0)] {
         let folder = folder.join(name);
         let ids = hits(&read(&folder.join("aov.exr")));
@@ -56,7 +56,7 @@ fn pendulum(precision: PrecisionChoice) {
 
 /// Protects: roots, clipping and normals of the hyperboloid and the ellipsoid, on both sides.
 fn quadrics(precision: PrecisionChoice) {
-    let Some(folder) = reference("swing/quadrics_256x240").filter(|_| carried("quadrics")) else { return };
+    let Some(folder) = shared("reference/swing/quadrics_256x240").filter(|_| carried("quadrics")) else { return };
     let ids = object_ids(&read(&folder.join("aov.exr")), "object");
     let ours = render("quadrics", 0.0, &[], |s| {
         s.precision = precision;
@@ -67,21 +67,25 @@ fn quadrics(precision: PrecisionChoice) {
     }
 }
 
+/// Protects: the swinging sphere is where the original program has it at each moment, in `robust`.
 #[test]
 fn pendulum_robust() {
     pendulum(PrecisionChoice::Robust);
 }
 
+/// Protects: the same in `reference`.
 #[test]
 fn pendulum_reference() {
     pendulum(PrecisionChoice::Reference);
 }
 
+/// Protects: hyperboloid and ellipsoid are the picture of the original program, in `robust`.
 #[test]
 fn quadrics_robust() {
     quadrics(PrecisionChoice::Robust);
 }
 
+/// Protects: the same in `reference`.
 #[test]
 fn quadrics_reference() {
     quadrics(PrecisionChoice::Reference);

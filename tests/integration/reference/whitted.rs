@@ -7,8 +7,8 @@ use raywright::core::scene::{
 };
 use raywright::core::settings::{Aov, PrecisionChoice, Sampling, Settings};
 
-use super::{ACES_22, classic, read, reference, render, scene, share_beyond};
-use crate::support::carried;
+use super::{ACES_22, classic, read, render, scene, share_beyond};
+use crate::support::{carried, shared};
 
 const VIEWS: [(&str, f64, [u32; 2]); 3] =
     [("t0_640x360", 0.0, [640, 360]), ("t2p5_640x360", 2.5, [640, 360]), ("t12_256x256", 12.0, [256, 256])];
@@ -33,7 +33,7 @@ fn check(what: &str, ours: &Picture, theirs: &Picture, stable: &dyn Fn(usize) ->
 
 /// Protects: every rule and constant of the preset, in linear and display values, and which object each pixel sees.
 fn views(precision: PrecisionChoice) {
-    let Some(folder) = reference("whitted").filter(|_| carried("whitted")) else { return };
+    let Some(folder) = shared("reference/whitted").filter(|_| carried("whitted")) else { return };
     for (name, t, size) in VIEWS {
         let folder = folder.join(name);
         let mask = read(&folder.join("stable.png"));
@@ -55,11 +55,13 @@ fn views(precision: PrecisionChoice) {
     }
 }
 
+/// Protects: every view of the canonical preset is the picture of its shader, pixel by pixel, in `robust`.
 #[test]
 fn every_view_robust() {
     views(PrecisionChoice::Robust);
 }
 
+/// Protects: the same in `reference`.
 #[test]
 fn every_view_reference() {
     views(PrecisionChoice::Reference);
@@ -68,7 +70,7 @@ fn every_view_reference() {
 /// Protects: what `--max-depth` counts, and that the energy beyond it is dropped.
 #[test]
 fn bounce_study() {
-    let Some(folder) = reference("whitted").filter(|_| carried("whitted")) else { return };
+    let Some(folder) = shared("reference/whitted").filter(|_| carried("whitted")) else { return };
     for depth in [1, 2, 3, 4, 8] {
         let ours = render("whitted", 2.5, &[], |s| {
             s.size = [320, 180];
@@ -97,7 +99,7 @@ fn quarter_points(t: f64, [width, height]: [u32; 2]) -> Picture {
 /// Protects the tests above: each single wrong rule that the reference lists is seen by its bounds in at least one view.
 #[test]
 fn a_single_wrong_rule_is_seen() {
-    let Some(folder) = reference("whitted").filter(|_| carried("whitted")) else { return };
+    let Some(folder) = shared("reference/whitted").filter(|_| carried("whitted")) else { return };
     type Mistake = (&'static str, fn(&mut Scene));
     let mistakes: [Mistake; 5] = [
         ("the product of the occluders", |s| s.classic.shadow = ShadowRule::Product),

@@ -19,7 +19,7 @@ fn meet(o: DVec3, d: DVec3, through: DVec3, normal: DVec3) -> DVec3 {
     o + d * (normal.dot(through - o) / normal.dot(d))
 }
 
-/// Rays at a quad's border: decided as f64 decides them from four units in the last place on.
+/// Protects: rays at a quad's border: decided as f64 decides them from four units in the last place on.
 #[test]
 fn p09_quad_border() {
     judge("P09 quad", 9, 1_000_000, |random| {
@@ -57,7 +57,7 @@ fn p09_quad_border() {
     .expect_right(200_000);
 }
 
-/// Rays at a disk's rim, likewise.
+/// Protects: rays at a disk's rim, likewise.
 #[test]
 fn p09_disk_border() {
     judge("P09 disk", 10, 400_000, |random| {
@@ -83,7 +83,7 @@ fn p09_disk_border() {
     .expect_right(100_000);
 }
 
-/// Two quads that share an edge by its bits let no ray through between them.
+/// Protects: two quads that share an edge by its bits let no ray through between them.
 #[test]
 fn p09_no_leak_between_quads() {
     judge("P09 seam", 11, 3_000_000, |random| {
@@ -138,7 +138,7 @@ fn solid(random: &mut Random) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
     (shape, base, axis, radii)
 }
 
-/// The seam between wall and cap is closed: what passes through the solid is hit, and what enters leaves.
+/// Protects: the seam between wall and cap is closed: what passes through the solid is hit, and what enters leaves.
 #[test]
 fn p11_cap_seam() {
     judge("P11", 12, 1_300_000, |random| {
@@ -189,7 +189,7 @@ fn p11_cap_seam() {
     .expect_right(1_000_000);
 }
 
-/// A clip of no height leaves nothing, and one of a single unit in the last place no more than that.
+/// Protects: a clip of no height leaves nothing, and one of a single unit in the last place no more than that.
 #[test]
 fn p14_empty_and_thin_clips() {
     let thin = f64::from(f32::EPSILON);
@@ -278,7 +278,7 @@ impl Open {
     }
 }
 
-/// Rays at the clip planes of open quadrics, decided as f64 decides them.
+/// Protects: rays at the clip planes of open quadrics, decided as f64 decides them.
 #[test]
 fn p14_clips_are_exact() {
     judge("P14 border", 15, 600_000, |random| {

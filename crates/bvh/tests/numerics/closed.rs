@@ -16,7 +16,7 @@ fn geometry(shapes: impl IntoIterator<Item = AnyShape<f32>>) -> Geometry<f32> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Two parallel sheets with a narrow gap, turned: a light beyond the other sheet is never seen, one in the gap always.
+/// Protects: two parallel sheets with a narrow gap, turned: a light beyond the other sheet is never seen, one in the gap always.
 #[test]
 fn s04_thin_gap() {
     judge("S04 gap", 130, 400_000, |random| {
@@ -66,7 +66,7 @@ fn interfaces(impact: f64, inner: f64) -> Vec<u32> {
     if impact < inner { vec![0, 1, 1, 0] } else { vec![0, 1, 0] }
 }
 
-/// A glass ball with a wall of a ten-thousandth: straight rays and refracted ones meet each surface of it once.
+/// Protects: a glass ball with a wall of a ten-thousandth: straight rays and refracted ones meet each surface of it once.
 #[test]
 fn s04_thin_shell() {
     const ETA: f64 = 1.5;
@@ -176,7 +176,7 @@ fn near_edge(random: &mut Random, at: DVec3, edges: [DVec3; 3]) -> DVec3 {
     at + place + end(random, off, b) + end(random, 0.0, c)
 }
 
-/// A million paths of eight bounces in closed rooms, that start and turn at edges and corners: none gets out.
+/// Protects: a million paths of eight bounces in closed rooms, that start and turn at edges and corners: none gets out.
 #[test]
 fn s05_nothing_escapes() {
     for (kind, name) in ROOMS.iter().enumerate() {

@@ -54,7 +54,7 @@ fn receiver(place: DVec3, facing: DVec3) -> Option<Surface<f32>> {
 
 const DISTANCES: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 
-/// Nothing of the light's own plane stands between a drawn point of it and a receiver, however near.
+/// Protects: nothing of the light's own plane stands between a drawn point of it and a receiver, however near.
 #[test]
 fn s06_no_shadow_by_the_light_or_its_holder() {
     for seed in 0..3 {
@@ -88,8 +88,8 @@ fn form_factor(place: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
     (sum / TAU).abs()
 }
 
-/// Irradiance from light points that are drawn by the light's area, with shadow rays, against the closed form; nearer than
-/// a tenth the same by directions drawn by the cosine, as points drawn by area are nearly all too far aside.
+/// Protects: irradiance from light points that are drawn by the light's area, with shadow rays, against the closed form; nearer than a
+/// tenth the same by directions drawn by the cosine, as points drawn by area are nearly all too far aside.
 #[test]
 fn s06_irradiance_is_the_form_factor() {
     let room = room(1);
@@ -137,7 +137,7 @@ fn s06_irradiance_is_the_form_factor() {
     }
 }
 
-/// A receiver on the light itself: no ray or one without NaN, never a panic.
+/// Protects: a receiver on the light itself: no ray or one without NaN, never a panic.
 #[test]
 fn s06_at_no_distance() {
     let room = room(1);

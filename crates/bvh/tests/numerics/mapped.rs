@@ -131,7 +131,7 @@ fn compare(turn: f64, expected: &Expected, map: DAffine3, t: f32, surface: &Surf
         })
 }
 
-/// Points, normals and distances of mapped shapes, by themselves and in instances, against f64 in the world; outward stays
+/// Protects: points, normals and distances of mapped shapes, by themselves and in instances, against f64 in the world; outward stays
 /// outward where the map mirrors.
 #[test]
 fn p23_mapped_shapes() {

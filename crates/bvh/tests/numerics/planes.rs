@@ -7,8 +7,8 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 use super::stated::shapes;
 use super::support::{U, Verdict, exact, hex, hit, judge, ray, stored, ulp};
 
-/// The same hit whatever the length of the direction, for every shape, in the world and placed. The oracle has the same
-/// direction with length one, in f64; a ray that changes its mind when moved by a billionth is not judged.
+/// Protects: the same hit whatever the length of the direction, for every shape, in the world and placed. The oracle has the same direction
+/// with length one, in f64; a ray that changes its mind when moved by a billionth is not judged.
 #[test]
 fn p06_any_length_of_direction() {
     let map = DAffine3::from_rotation_x(0.7) * DAffine3::from_scale(DVec3::new(0.5, -1.5, 1.25));
@@ -51,7 +51,7 @@ fn p06_any_length_of_direction() {
     }
 }
 
-/// The distance to a plane down to a ten-millionth of a right angle, and no hit along it.
+/// Protects: the distance to a plane down to a ten-millionth of a right angle, and no hit along it.
 #[test]
 fn p07_grazing_plane() {
     let slopes = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
@@ -87,7 +87,7 @@ fn p07_grazing_plane() {
     }
 }
 
-/// Cells of a checker seen far out: wrong only within four units in the last place of a border.
+/// Protects: cells of a checker seen far out: wrong only within four units in the last place of a border.
 #[test]
 fn p08_checker_far_out() {
     let plane = Plane::new(stored::<f32>(DVec3::ZERO), stored::<f32>(DVec3::Y));

@@ -8,7 +8,7 @@ use super::support::{U, Verdict, exact, hex, hit, judge, ray, stored, textbook_s
 use crate::hard_cases::quadrics::{body, extreme, extreme_distance, near_root};
 use crate::hard_cases::{intersect, textbook};
 
-/// Rays nearly along a cylinder, from inside and outside: points on the wall, and along the axis the cap instead.
+/// Protects: rays nearly along a cylinder, from inside and outside: points on the wall, and along the axis the cap instead.
 #[test]
 fn p10_cylinder_along_its_axis() {
     judge("P10", 20, 400_000, |random| {
@@ -53,7 +53,7 @@ fn p10_cylinder_along_its_axis() {
     .expect_right(400_000);
 }
 
-/// Rays through a cone's tip, close by it, and towards the other nappe: nothing beyond the tip, and a normal everywhere.
+/// Protects: rays through a cone's tip, close by it, and towards the other nappe: nothing beyond the tip, and a normal everywhere.
 #[test]
 fn p12_cone_tip_and_other_nappe() {
     judge("P12", 22, 600_000, |random| {
@@ -89,7 +89,7 @@ fn p12_cone_tip_and_other_nappe() {
     .expect_right(600_000);
 }
 
-/// Rays parallel or nearly parallel to a generator or an asymptote keep their near root.
+/// Protects: rays parallel or nearly parallel to a generator or an asymptote keep their near root.
 #[test]
 fn p13_vanishing_leading_coefficient() {
     for case in ["cone", "hyperboloid"] {
@@ -102,7 +102,7 @@ fn p13_vanishing_leading_coefficient() {
 /// The semi-axes of P15, their greatest and least.
 const EXTREMES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
 
-/// Flat and needle ellipsoids: no false miss, and the distance to a thousandth of the least axis.
+/// Protects: flat and needle ellipsoids: no false miss, and the distance to a thousandth of the least axis.
 #[test]
 fn p15_extreme_ellipsoids() {
     for k in EXTREMES {
@@ -110,7 +110,7 @@ fn p15_extreme_ellipsoids() {
     }
 }
 
-/// Their normals, all over them and at the flat pole and the sharp rim.
+/// Protects: their normals, all over them and at the flat pole and the sharp rim.
 #[test]
 fn p16_extreme_normals() {
     for k in EXTREMES {
@@ -139,7 +139,7 @@ fn p16_extreme_normals() {
     }
 }
 
-/// The textbook form must fail where the specification says that it does.
+/// Protects: the textbook form must fail where the specification says that it does.
 #[test]
 fn textbook_loses_vanishing_coefficients_and_extremes() {
     let [hyperboloid, cone] = ["hyperboloid", "cone"].map(|case| {

@@ -103,7 +103,7 @@ fn arrival(random: &mut Random, shape: &impl Fn(&Ray<f32>) -> Option<f32>, bound
     })
 }
 
-/// A ray that leaves the outside of a convex surface does not meet it again.
+/// Protects: a ray that leaves the outside of a convex surface does not meet it again.
 #[test]
 fn s01_no_acne_on_convex_shapes() {
     for (kind, name) in CONVEX.iter().enumerate() {
@@ -126,7 +126,7 @@ fn s01_no_acne_on_convex_shapes() {
     }
 }
 
-/// The same for shapes under maps that turn, stretch and mirror them: the bound follows the map.
+/// Protects: the same for shapes under maps that turn, stretch and mirror them: the bound follows the map.
 #[test]
 fn s01_no_acne_on_mapped_shapes() {
     for (kind, name) in CONVEX.iter().enumerate() {
@@ -235,7 +235,7 @@ fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<Seen> + Sync) -
     })
 }
 
-/// Neither acne nor leaks from a tenth of a millimetre to a thousand kilometres, with the same code.
+/// Protects: neither acne nor leaks from a tenth of a millimetre to a thousand kilometres, with the same code.
 #[test]
 fn s02_shadows_at_every_scale() {
     for s in SCALES.map(|s| f64::from(s as f32)) {
@@ -251,7 +251,7 @@ fn s02_shadows_at_every_scale() {
     }
 }
 
-/// The textbook's formulas with a constant offset must fail at either end where the specification says that they do.
+/// Protects: the textbook's formulas with a constant offset must fail at either end where the specification says that they do.
 #[test]
 fn textbook_offset_fails_at_scale() {
     let shares = SCALES.map(|s| {
@@ -280,7 +280,7 @@ fn textbook_offset_fails_at_scale() {
     }
 }
 
-/// Below the ball the floor is dark up to the point of contact.
+/// Protects: below the ball the floor is dark up to the point of contact.
 #[test]
 fn s03_contact_shadow() {
     for s in SCALES {

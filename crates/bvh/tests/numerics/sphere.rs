@@ -9,7 +9,7 @@ use crate::hard_cases::{intersect, textbook};
 
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
-/// Hit, miss and distance of a far sphere. The core is f64, so the bound of the f64 tier holds.
+/// Protects: hit, miss and distance of a far sphere. The core is f64, so the bound of the f64 tier holds.
 #[test]
 fn p01_far_sphere() {
     for ratio in RATIOS {
@@ -18,7 +18,7 @@ fn p01_far_sphere() {
     }
 }
 
-/// A hit point does not drift off the sphere, however far the ray came.
+/// Protects: a hit point does not drift off the sphere, however far the ray came.
 #[test]
 fn p02_hit_point_stays_on_the_sphere() {
     for offset in [0.0, 1e3, 1e5] {
@@ -28,7 +28,7 @@ fn p02_hit_point_stays_on_the_sphere() {
     }
 }
 
-/// A camera in a huge sphere: one positive root, to four units in the last place.
+/// Protects: a camera in a huge sphere: one positive root, to four units in the last place.
 #[test]
 fn p03_inside_a_huge_sphere() {
     let sphere = sphere::<f32>(DVec3::ZERO, 1e6);
@@ -49,7 +49,7 @@ fn p03_inside_a_huge_sphere() {
     .expect_right(400_000);
 }
 
-/// Rays that leave a sphere where one arrived: outward and along it they are gone, inward they meet the far side.
+/// Protects: rays that leave a sphere where one arrived: outward and along it they are gone, inward they meet the far side.
 #[test]
 fn p04_origin_on_the_surface() {
     let tilts = [0.0, 1e-3, -1e-3, 1e-6, -1e-6, 1.0, -1.0];
@@ -103,7 +103,7 @@ fn seen(o: DVec3, d: DVec3, tiny: f64, giant: f64) -> u8 {
     if first < second { 1 } else { u8::from(second < f64::INFINITY) * 2 }
 }
 
-/// A sphere of a millionth resting on one of a million: both are seen, to the pixel.
+/// Protects: a sphere of a millionth resting on one of a million: both are seen, to the pixel.
 #[test]
 fn p05_tiny_and_giant_together() {
     let (tiny, giant) = (f64::from(1e-6_f32), 1e6);
@@ -130,7 +130,7 @@ fn p05_tiny_and_giant_together() {
     assert_eq!([100, 450, 900].map(middle), [2, 1, 0], "ground, ball and sky");
 }
 
-/// The textbook form must fail where the specification says that it does.
+/// Protects: the textbook form must fail where the specification says that it does.
 #[test]
 fn textbook_misses_far_spheres() {
     let missed = textbook_share([

@@ -77,7 +77,7 @@ fn stated<R: Real>(name: &str, shape: AnyShape<R>, best: AnyShape<f64>, size: f6
     )
 }
 
-/// The bound that a surface states is true for every shape, of any size, at any place. Not of `fast`: how wrong a textbook
+/// Protects: the bound that a surface states is true for every shape, of any size, at any place. Not of `fast`: how wrong a textbook
 /// formula is depends on where the ray comes from, and nothing simple bounds it.
 #[test]
 fn stated_bounds_hold() {

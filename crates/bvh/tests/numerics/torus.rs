@@ -8,7 +8,7 @@ use super::support::{U, Verdict, hex, judge, stored, textbook_share, towards};
 use crate::hard_cases::torus::{far_torus, torus};
 use crate::hard_cases::{intersect, textbook};
 
-/// The torus from 3 to 1000 radii away, thick and thin.
+/// Protects: the torus from 3 to 1000 radii away, thick and thin.
 #[test]
 fn p17_far_torus() {
     for tube in [0.3, 0.1, 0.01] {
@@ -31,8 +31,8 @@ fn passages(torus: &Torus<f32>, ray: &Ray<f32>) -> (u32, u32) {
     (count(Side::Outside), count(Side::Inside))
 }
 
-/// Lines that touch the top circle or an equator, moved in and out by eight roundings of the distance: crossings as the
-/// circles in that plane tell, in pairs.
+/// Protects: lines that touch the top circle or an equator, moved in and out by eight roundings of the distance: crossings as the circles
+/// in that plane tell, in pairs.
 #[test]
 fn p18_tangents() {
     judge("P18", 40, 300_000, |random| {
@@ -63,7 +63,7 @@ fn p18_tangents() {
     .expect_right(299_000);
 }
 
-/// From outside every ray comes out as often as it goes in; along the axis it meets nothing.
+/// Protects: from outside every ray comes out as often as it goes in; along the axis it meets nothing.
 #[test]
 fn p18_even_from_outside() {
     judge("P18 parity", 41, 300_000, |random| {
@@ -86,7 +86,7 @@ fn p18_even_from_outside() {
     assert!(torus::<f32>(0.3).intersect(&PreparedRay::new(ray), inside, Side::Inside).is_some(), "from within the tube");
 }
 
-/// The textbook form must fail where the specification says that it does: half the rays at a hundred radii.
+/// Protects: the textbook form must fail where the specification says that it does: half the rays at a hundred radii.
 #[test]
 fn textbook_loses_far_tori() {
     let wrong = textbook_share([

@@ -13,7 +13,7 @@ fn triangle<R: Real>(corners: [DVec3; 3]) -> Triangle<R> {
     Triangle::new(corners.map(stored::<R>))
 }
 
-/// Triangles without area are never hit, not even on their line; slivers only at a distance between their corners'.
+/// Protects: triangles without area are never hit, not even on their line; slivers only at a distance between their corners'.
 #[test]
 fn p19_slivers() {
     judge("P19 no area", 50, 400_000, |random| {
@@ -51,7 +51,7 @@ fn p19_slivers() {
     .expect_right(50_000);
 }
 
-/// Rays nearly in the plane of a skinny triangle far away: whatever is hit lies in the triangle's box.
+/// Protects: rays nearly in the plane of a skinny triangle far away: whatever is hit lies in the triangle's box.
 #[test]
 fn p20_nearly_parallel_rays() {
     judge("P20", 52, 600_000, |random| {
@@ -109,7 +109,7 @@ impl Mesh {
 
 const AIMS: [Aim; 4] = [Aim::Corner, Aim::Edge, Aim::FromCentre, Aim::Anywhere];
 
-/// No ray gets out of a closed mesh through an edge or a corner.
+/// Protects: no ray gets out of a closed mesh through an edge or a corner.
 #[test]
 fn p21_no_leaks() {
     for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
@@ -119,7 +119,7 @@ fn p21_no_leaks() {
     }
 }
 
-/// Nor in f64, where products are not exact any more.
+/// Protects: nor in f64, where products are not exact any more.
 #[test]
 fn p21_no_leaks_in_reference() {
     for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
@@ -129,7 +129,7 @@ fn p21_no_leaks_in_reference() {
     }
 }
 
-/// Nor through triangles that are turned over, all or every second.
+/// Protects: nor through triangles that are turned over, all or every second.
 #[test]
 fn p22_no_leaks_in_either_winding() {
     for every in [1, 2] {
@@ -142,7 +142,7 @@ fn p22_no_leaks_in_either_winding() {
     }
 }
 
-/// The textbook test must leak where the specification says that it does.
+/// Protects: the textbook test must leak where the specification says that it does.
 #[test]
 fn textbook_triangles_leak() {
     let both = |leaks: &dyn Fn(&str, &Mesh) -> Outcome| leaks("cube", &cube(16)).plus(leaks("icosphere", &icosphere(5)));

@@ -171,7 +171,7 @@ fn robust_shapes_meet_their_implicit_functions() {
     all::<f32>(4e-7);
 }
 
-/// The same in f64, far more closely: a formula that is only nearly right shows here.
+/// Protects: the same in f64, far more closely: a formula that is only nearly right shows here.
 #[test]
 fn reference_shapes_meet_their_implicit_functions() {
     all::<f64>(1e-12);

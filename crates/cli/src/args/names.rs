@@ -66,7 +66,7 @@ mod tests {
 
     use super::*;
 
-    /// The flags accept exactly what a scene file accepts.
+    /// Protects: the flags accept exactly what a scene file accepts.
     #[test]
     fn names_are_those_of_the_scene_format() {
         assert_eq!(names::<ToneMap>(), ["none", "aces", "aces-hill", "agx", "khronos-neutral"]);

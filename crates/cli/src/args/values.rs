@@ -289,7 +289,7 @@ mod tests {
         }
     }
 
-    /// The forms that the help texts show are read, and mean what they say.
+    /// Protects: the forms that the help texts show are read, and mean what they say.
     #[test]
     fn documented_forms_are_read() {
         assert_eq!(size("1280x720"), Ok([1280, 720]));
@@ -305,7 +305,7 @@ mod tests {
         assert_eq!(field_of_view("45"), Ok(45.0));
     }
 
-    /// Effects are found by their name, and only those that a scene can do without.
+    /// Protects: effects are found by their name, and only those that a scene can do without.
     #[test]
     fn effects_are_named() {
         assert_eq!(effect("mirror-reflection"), Ok(Effect::MirrorReflection));
@@ -314,7 +314,7 @@ mod tests {
         assert!(effect("magic").is_err_and(|e| e.contains("known: ambient-light, direct-light")));
     }
 
-    /// Values that look almost right are refused instead of guessed at.
+    /// Protects: values that look almost right are refused instead of guessed at.
     #[test]
     fn malformed_values_are_refused() {
         for text in ["", "640", "640x", "x480", "0x480", "640x65537", "640*480", "-1x5", "99999999999x1"] {

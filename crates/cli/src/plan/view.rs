@@ -173,7 +173,7 @@ mod tests {
         ViewArgs { camera: Some(name.to_owned()), ..ViewArgs::default() }
     }
 
-    /// Names come before indices, and what is neither is an error that helps.
+    /// Protects: names come before indices, and what is neither is an error that helps.
     #[test]
     fn cameras_are_found_by_name_and_by_index() {
         assert_eq!(taken(&ViewArgs::default()).expect("the first").name, "front");
@@ -186,7 +186,7 @@ mod tests {
         assert!(taken(&named("3")).is_err());
     }
 
-    /// A flag changes what it names and leaves the rest, whatever way the file gives the pose.
+    /// Protects: a flag changes what it names and leaves the rest, whatever way the file gives the pose.
     #[test]
     fn flags_change_one_part_of_a_pose() {
         let pose = |args: ViewArgs| taken(&args).expect("a camera").pose;
@@ -262,7 +262,7 @@ mod tests {
         }
     }
 
-    /// A view that shows nothing sensible is refused before anything is rendered.
+    /// Protects: a view that shows nothing sensible is refused before anything is rendered.
     #[test]
     fn impossible_views_are_refused() {
         assert!(taken(&ViewArgs { eye: Some([0.0; 3]), ..named("front") }).is_err());
@@ -270,7 +270,7 @@ mod tests {
         assert!(taken(&ViewArgs { up: Some([0.0; 3]), ..named("front") }).is_err());
     }
 
-    /// Another shape of picture shows more at the sides, not another height; the file's own shape is left exactly as it is.
+    /// Protects: another shape of picture shows more at the sides, not another height; the file's own shape is left exactly as it is.
     #[test]
     fn the_vertical_angle_survives_another_shape() {
         let projection = |size| taken(&ViewArgs { size, ..named("front") }).expect("a camera").projection;

@@ -100,7 +100,7 @@ fn sigmoid(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The written-out scales are those of the sigmoid's definition, so both corners are reached.
+    /// Protects: the written-out scales are those of the sigmoid's definition, so both corners are reached.
     #[test]
     fn sigmoid_passes_through_its_corners_and_pivot() {
         for (x, y) in [(0.0, 0.0), (10.0 / 16.5, 0.5), (1.0, 1.0)] {
@@ -110,7 +110,7 @@ mod tests {
         assert!((slope - 2.0).abs() < 1e-5, "{slope}");
     }
 
-    /// Wrensch's published polynomial ("Minimal AgX Implementation", 2023) fits the same curve.
+    /// Protects: Wrensch's published polynomial ("Minimal AgX Implementation", 2023) fits the same curve.
     #[test]
     fn sigmoid_agrees_with_the_published_fit() {
         for i in 1..100 {
@@ -121,7 +121,7 @@ mod tests {
         }
     }
 
-    /// The tables stand for their curves within 1e-6 between the nodes, and are exact at both ends.
+    /// Protects: the tables stand for their curves within 1e-6 between the nodes, and are exact at both ends.
     #[test]
     fn tabulated_curves_are_close_to_the_exact_ones() {
         let agx = Agx::new();
@@ -133,7 +133,7 @@ mod tests {
         assert_eq!([agx.linearise.at(0.0), agx.linearise.at(1.0)], [0.0, 1.0]);
     }
 
-    /// Greys stay grey, and middle grey lands on the pivot, half the display range.
+    /// Protects: greys stay grey, and middle grey lands on the pivot, half the display range.
     #[test]
     fn middle_grey_lands_on_the_pivot() {
         let half = Real::powf(0.5, 2.2);
@@ -141,7 +141,7 @@ mod tests {
         assert!(grey.iter().all(|x: &f64| (x - half).abs() < 2e-4), "{grey:?} {half}");
     }
 
-    /// A strong red turns towards white as it brightens, which is what the map is chosen for.
+    /// Protects: a strong red turns towards white as it brightens, which is what the map is chosen for.
     #[test]
     fn bright_colours_lose_saturation() {
         let agx = Agx::new();

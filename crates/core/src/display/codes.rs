@@ -71,7 +71,7 @@ mod tests {
 
     const CURVES: [TransferCurve; 3] = [TransferCurve::Srgb, TransferCurve::Gamma22, TransferCurve::None];
 
-    /// The table is the definition at every place where a code begins, and at 32 neighbours on either side.
+    /// Protects: the table is the definition at every place where a code begins, and at 32 neighbours on either side.
     #[test]
     fn every_boundary_is_exact() {
         for curve in CURVES {
@@ -88,7 +88,7 @@ mod tests {
         }
     }
 
-    /// The table is the definition at bucket borders and at a million values of all sizes, zero and subnormal ones included.
+    /// Protects: the table is the definition at bucket borders and at a million values of all sizes, zero and subnormal ones included.
     #[test]
     fn values_between_boundaries_are_exact() {
         let one = 1.0_f32.to_bits();

@@ -44,7 +44,7 @@ mod tests {
 
     const CURVES: [TransferCurve; 3] = [TransferCurve::Srgb, TransferCurve::Gamma22, TransferCurve::None];
 
-    /// F06: the two branches of the sRGB curve meet within 1e-6 and do not step down.
+    /// Protects: F06: the two branches of the sRGB curve meet within 1e-6 and do not step down.
     #[test]
     fn f06_srgb_is_continuous_at_its_joint() {
         for joint in [SRGB_JOINT as f32, 0.003_130_8] {
@@ -57,7 +57,7 @@ mod tests {
         }
     }
 
-    /// F06: the ends are exact, for every curve.
+    /// Protects: F06: the ends are exact, for every curve.
     #[test]
     fn f06_zero_and_one_map_to_themselves() {
         for curve in CURVES {
@@ -67,7 +67,7 @@ mod tests {
         }
     }
 
-    /// F10: all 256 codes survive the way to linear f32, to luminance and back.
+    /// Protects: F10: all 256 codes survive the way to linear f32, to luminance and back.
     #[test]
     fn f10_codes_survive_the_round_trip() {
         for curve in CURVES {
@@ -80,7 +80,7 @@ mod tests {
         }
     }
 
-    /// F07: on a ramp of 4 096 steps each value gets the nearest code, and rounding favours no side.
+    /// Protects: F07: on a ramp of 4 096 steps each value gets the nearest code, and rounding favours no side.
     #[test]
     fn f07_quantisation_is_centred() {
         let mut bias = 0.0;

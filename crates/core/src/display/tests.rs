@@ -26,7 +26,7 @@ fn ascending() -> Vec<f32> {
     values
 }
 
-/// F06: greys of every size give values in 0..1 that never fall, from 0 at 0 to 1 at infinity.
+/// Protects: F06: greys of every size give values in 0..1 that never fall, from 0 at 0 to 1 at infinity.
 #[test]
 fn f06_greys_rise_from_zero_to_one() {
     for display in every_display() {
@@ -45,7 +45,7 @@ fn f06_greys_rise_from_zero_to_one() {
     }
 }
 
-/// F06: one infinite channel is as bright as the map allows and never becomes NaN.
+/// Protects: F06: one infinite channel is as bright as the map allows and never becomes NaN.
 #[test]
 fn f06_one_infinite_channel_stays_in_range() {
     for display in every_display() {
@@ -56,7 +56,7 @@ fn f06_one_infinite_channel_stays_in_range() {
     }
 }
 
-/// F05: negative channels, finite or not, are black before the tone map, so no power of a negative number is taken.
+/// Protects: F05: negative channels, finite or not, are black before the tone map, so no power of a negative number is taken.
 #[test]
 fn f05_negative_channels_are_black() {
     for display in every_display() {
@@ -67,7 +67,7 @@ fn f05_negative_channels_are_black() {
     }
 }
 
-/// F06: a NaN in any channel shows as the documented marker, whatever the settings.
+/// Protects: F06: a NaN in any channel shows as the documented marker, whatever the settings.
 #[test]
 fn f06_nan_is_marked() {
     for display in every_display() {
@@ -81,7 +81,7 @@ fn f06_nan_is_marked() {
     }
 }
 
-/// The codes are floor(255 v + ½) of the curve on the clipped display-linear value, for colours of all sizes.
+/// Protects: the codes are floor(255 v + ½) of the curve on the clipped display-linear value, for colours of all sizes.
 #[test]
 fn codes_equal_the_plain_definition() {
     let values: Vec<f32> = ascending().into_iter().step_by(7).collect();
@@ -96,7 +96,7 @@ fn codes_equal_the_plain_definition() {
     }
 }
 
-/// Exposure is in stops, before the tone map: one stop doubles the radiance exactly.
+/// Protects: exposure is in stops, before the tone map: one stop doubles the radiance exactly.
 #[test]
 fn exposure_doubles_by_the_stop() {
     for tone_map in MAPS {
@@ -108,7 +108,7 @@ fn exposure_doubles_by_the_stop() {
     }
 }
 
-/// A coverage is divided out before the mapping and stored beside it; where it is zero the pixel is transparent black.
+/// Protects: a coverage is divided out before the mapping and stored beside it; where it is zero the pixel is transparent black.
 #[test]
 fn coverage_is_stored_straight() {
     let picture = Picture {
@@ -132,7 +132,7 @@ fn coverage_is_stored_as_it_is() {
     }
 }
 
-/// Rows and columns keep their places, and the values picture agrees with the codes.
+/// Protects: rows and columns keep their places, and the values picture agrees with the codes.
 #[test]
 fn a_picture_keeps_its_places() {
     let mut picture = Picture::new(3, 2);

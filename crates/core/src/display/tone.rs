@@ -85,21 +85,21 @@ mod tests {
         a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance)
     }
 
-    /// Narkowicz's curve at points worked out by hand from the published fraction.
+    /// Protects: Narkowicz's curve at points worked out by hand from the published fraction.
     #[test]
     fn aces_has_the_published_values() {
         // x = 1: 2.54/3.16; x = 0.5: 0.5·1.285/(0.5·1.805 + 0.14) = 0.6425/1.0425.
         assert!(close(apply(ToneMap::Aces, [1.0, 0.5, 0.0]), [2.54 / 3.16, 0.6425 / 1.0425, 0.0], 1e-15));
     }
 
-    /// Hill's matrices keep greys grey, and grey 0.6 (times 1/0.6) has the value of the curve at one.
+    /// Protects: Hill's matrices keep greys grey, and grey 0.6 (times 1/0.6) has the value of the curve at one.
     #[test]
     fn hill_keeps_greys_and_includes_its_exposure() {
         let curve_at_one = (1.024_578_6 - 0.000_090_537) / (0.983_729 + 0.432_951 + 0.238_081);
         assert!(close(apply(ToneMap::AcesHill, [0.6; 3]), [curve_at_one; 3], 2e-5));
     }
 
-    /// A red and a blue input separate the channels as the two matrices say: rows are not taken for columns.
+    /// Protects: a red and a blue input separate the channels as the two matrices say: rows are not taken for columns.
     #[test]
     fn hill_does_not_transpose_its_matrices() {
         let red = apply(ToneMap::AcesHill, [0.6, 0.0, 0.0]);
@@ -110,7 +110,7 @@ mod tests {
         assert!((red[2] - (-0.003_27 * v[0] - 0.072_76 * v[1] + 1.076_02 * v[2])).abs() < 1e-12);
     }
 
-    /// The neutral map: the toe takes 4 % off, the middle is untouched otherwise, the shoulder tends to white.
+    /// Protects: the neutral map: the toe takes 4 % off, the middle is untouched otherwise, the shoulder tends to white.
     #[test]
     fn khronos_neutral_has_the_specified_values() {
         assert!(close(apply(ToneMap::KhronosNeutral, [0.5, 0.3, 0.1]), [0.46, 0.26, 0.06], 1e-15));
@@ -122,7 +122,7 @@ mod tests {
         assert!(close(red, [mix(1.96), mix(0.96), mix(0.04)], 1e-12), "{red:?}");
     }
 
-    /// Where the neutral map's pieces meet they agree, so that no contour shows.
+    /// Protects: where the neutral map's pieces meet they agree, so that no contour shows.
     #[test]
     fn khronos_neutral_is_continuous_at_its_joints() {
         for joint in [0.08_f64, 0.8] {

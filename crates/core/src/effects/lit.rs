@@ -76,7 +76,7 @@ mod tests {
         Scene { materials: vec![material], objects: vec![object], ..Scene::default() }
     }
 
-    /// What gives light is seen wherever it hides; what only could, because nothing shows it, does not count.
+    /// Protects: what gives light is seen wherever it hides; what only could, because nothing shows it, does not count.
     #[test]
     fn light_is_found_where_it_is() {
         let dark = scene(Model::Classic(Box::default()));

@@ -118,7 +118,7 @@ mod tests {
         Side { picture, encoding: Encoding::Linear }
     }
 
-    /// The same picture has no error in any figure.
+    /// Protects: the same picture has no error in any figure.
     #[test]
     fn a_picture_is_identical_to_itself() {
         let picture = ramp();
@@ -128,7 +128,7 @@ mod tests {
         assert!(own.beyond.iter().all(|beyond| beyond.share == 0.0));
     }
 
-    /// A linear picture against its own display picture is compared as displays, through the given display.
+    /// Protects: a linear picture against its own display picture is compared as displays, through the given display.
     #[test]
     fn unlike_encodings_meet_as_display_values() {
         let picture = ramp();
@@ -141,7 +141,7 @@ mod tests {
         assert!(wrong.errors.rmse > 0.01 && wrong.flip.mean > 0.01);
     }
 
-    /// Codes one apart are not beyond 1/255, whatever the rounding; two apart are; and both differ.
+    /// Protects: codes one apart are not beyond 1/255, whatever the rounding; two apart are; and both differ.
     #[test]
     fn counting_is_in_whole_codes() {
         let code = |k: u32| (f64::from(k) / 255.0) as f32;
@@ -161,7 +161,7 @@ mod tests {
         }
     }
 
-    /// A difference in coverage alone is not hidden, nor is a single bit.
+    /// Protects: a difference in coverage alone is not hidden, nor is a single bit.
     #[test]
     fn coverage_and_single_bits_count() {
         let picture = ramp();
@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(compared(&other).errors.worst.map(|worst| (worst.x, worst.y)), Some((9, 0)));
     }
 
-    /// Sizes that differ are an error, not a crop.
+    /// Protects: sizes that differ are an error, not a crop.
     #[test]
     fn sizes_must_agree() {
         let (picture, other) = (ramp(), Picture::new(4, 16));

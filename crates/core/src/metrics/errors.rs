@@ -127,7 +127,7 @@ mod tests {
         Picture { rgb: vec![[value; 3]; (width * height) as usize], ..Picture::new(width, height) }
     }
 
-    /// A picture is without error against itself, infinities and NaN apart.
+    /// Protects: a picture is without error against itself, infinities and NaN apart.
     #[test]
     fn a_picture_equals_itself() {
         let picture = grey(3, 2, 0.7);
@@ -136,7 +136,7 @@ mod tests {
         assert_eq!((own.pixels, own.non_finite), (6, 0));
     }
 
-    /// Every figure by hand, for one wrong channel in a 2 × 2 picture.
+    /// Protects: every figure by hand, for one wrong channel in a 2 × 2 picture.
     #[test]
     fn figures_are_as_defined() {
         let reference = grey(2, 2, 0.5);
@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(e.relmse_trimmed, e.relmse, "four pixels have no 0.1 %");
     }
 
-    /// The denominator of the relative error is the reference's: swapping the pictures changes it.
+    /// Protects: the denominator of the relative error is the reference's: swapping the pictures changes it.
     #[test]
     fn relative_error_is_relative_to_the_reference() {
         let (dark, bright) = (grey(1, 1, 0.0), grey(1, 1, 1.0));
@@ -161,7 +161,7 @@ mod tests {
         assert!((errors(&dark, &bright).unwrap().relmse - 1.0 / 1.01).abs() < 1e-12);
     }
 
-    /// Trimming takes the worst 0.1 % of the pixels away and divides by those that are left.
+    /// Protects: trimming takes the worst 0.1 % of the pixels away and divides by those that are left.
     #[test]
     fn trimming_leaves_the_worst_pixels_out() {
         let reference = grey(50, 40, 0.0);
@@ -175,7 +175,7 @@ mod tests {
         assert!(e.relmse > 100.0);
     }
 
-    /// F04: pixels that are not finite are counted, spoil no figure, and are beyond every threshold.
+    /// Protects: F04: pixels that are not finite are counted, spoil no figure, and are beyond every threshold.
     #[test]
     fn f04_non_finite_pixels_are_counted_not_hidden() {
         let reference = grey(4, 1, 0.5);
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(errors(&all, &reference).unwrap().non_finite, 4);
     }
 
-    /// "Beyond" is strict, and one channel is enough.
+    /// Protects: "Beyond" is strict, and one channel is enough.
     #[test]
     fn thresholds_are_strict() {
         let reference = grey(2, 1, 0.0);
@@ -201,7 +201,7 @@ mod tests {
         assert_eq!(share_beyond(&differences, 0.2499), 0.5);
     }
 
-    /// Pictures of different sizes and empty ones are errors that say so.
+    /// Protects: pictures of different sizes and empty ones are errors that say so.
     #[test]
     fn sizes_must_agree() {
         let error = errors(&grey(2, 3, 0.0), &grey(3, 2, 0.0)).unwrap_err();

@@ -42,7 +42,7 @@ mod tests {
     use super::*;
     use crate::display::{Display, NAN_MARKER};
 
-    /// More error is always lighter, in luminance, so the map can be read without its legend and in grey.
+    /// Protects: more error is always lighter, in luminance, so the map can be read without its legend and in grey.
     #[test]
     fn luminance_rises_with_the_value() {
         let values: Vec<f32> = (0..=1000).map(|i| i as f32 / 500.0).collect();
@@ -52,7 +52,7 @@ mod tests {
         assert!(luminance[0] < 0.01 && luminance[1000] > 0.85);
     }
 
-    /// Values beyond the scale take its ends, and what is not a number is not given a colour of the scale.
+    /// Protects: values beyond the scale take its ends, and what is not a number is not given a colour of the scale.
     #[test]
     fn ends_and_nan_are_defined() {
         let map = |value| Display::PLAIN.prepare().values(heat_map(1, 1, &[value], 0.5).rgb[0]);

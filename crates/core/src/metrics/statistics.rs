@@ -90,7 +90,7 @@ mod tests {
         assert_eq!(student_95(0), f64::INFINITY);
     }
 
-    /// Quantiles of 0, 1, …, 1000 in any order are their own ranks.
+    /// Protects: quantiles of 0, 1, …, 1000 in any order are their own ranks.
     #[test]
     fn quantiles_are_ranks() {
         let values: Vec<f32> = (0..=1000).map(|i| ((i * 389) % 1001) as f32).collect();
@@ -99,7 +99,7 @@ mod tests {
         assert_eq!((s.third_quartile, s.percentile_99, s.percentile_99_9, s.maximum), (750.0, 990.0, 999.0, 1000.0));
     }
 
-    /// Between two numbers a quantile is interpolated; of one number every quantile is that one; of none it is zero.
+    /// Protects: between two numbers a quantile is interpolated; of one number every quantile is that one; of none it is zero.
     #[test]
     fn few_numbers_are_enough() {
         assert_eq!(statistics(&[3.0, 1.0]).first_quartile, 1.5);

@@ -105,12 +105,14 @@ fn physical(physical: Physical) -> String {
     one(|scene| scene.materials[1].model = Model::Physical(Box::new(physical)))
 }
 
+/// Protects: a sound scene has no problems.
 #[test]
 fn a_sound_scene_has_no_problems() {
     assert_eq!(validate(&sound()), []);
     assert_eq!(validate(&Scene::default()), []);
 }
 
+/// Protects: another format is the only problem of its scene.
 #[test]
 fn another_format_is_the_only_problem_of_its_scene() {
     assert_eq!(
@@ -119,6 +121,7 @@ fn another_format_is_the_only_problem_of_its_scene() {
     );
 }
 
+/// Protects: picture settings have ranges.
 #[test]
 fn picture_settings_have_ranges() {
     assert_eq!(one(|s| s.render.size[0] = 0), "render.size[0]: `size[0]` must be from 1 to 65536, not 0");
@@ -142,6 +145,7 @@ fn picture_settings_have_ranges() {
     assert!(one(|s| _ = s.parameters.insert("pi".into(), 3.0)).starts_with("parameters.pi: `pi` cannot be the name"));
 }
 
+/// Protects: cameras look somewhere and open somewhat.
 #[test]
 fn cameras_look_somewhere_and_open_somewhat() {
     let pose = |pose| one(|s| s.cameras[0].pose = pose);
@@ -168,6 +172,7 @@ fn cameras_look_somewhere_and_open_somewhat() {
     assert!(one(|s| s.cameras[0].name = "1".into()).contains("cannot be the name of a camera"));
 }
 
+/// Protects: lights and skies are sensible.
 #[test]
 fn lights_and_skies_are_sensible() {
     let light = |kind| one(|s| s.lights[0].kind = kind);
@@ -193,6 +198,7 @@ fn lights_and_skies_are_sensible() {
     assert!(one(|s| s.sky = Some(sky)).starts_with("sky.gradient.suns[0].exponent: "));
 }
 
+/// Protects: materials have ranges and expressions that compile.
 #[test]
 fn materials_have_ranges_and_expressions_that_compile() {
     assert!(classic(Classic { shadow_transmittance: 1.5, ..Classic::default() }).contains("must be from 0 to 1, not 1.5"));
@@ -238,6 +244,7 @@ fn materials_have_ranges_and_expressions_that_compile() {
     assert!(physical(Physical { emission: Colour([-1.0; 3]).into(), ..Physical::default() }).contains("no negative part"));
 }
 
+/// Protects: an expression's problem says where in the text.
 #[test]
 fn an_expression_s_problem_says_where_in_the_text() {
     let classic = Classic { colour: ColourInput::Expression("1 + bad".into()), ..Classic::default() };
@@ -245,6 +252,7 @@ fn an_expression_s_problem_says_where_in_the_text() {
     assert_eq!(problems[0].within, Some(4..7));
 }
 
+/// Protects: names are unique and references exist.
 #[test]
 fn names_are_unique_and_references_exist() {
     assert_eq!(one(|s| s.materials[1].name = "red".into()), "materials[1].name: `red` is also the name of `materials[0]`");
@@ -261,6 +269,7 @@ fn names_are_unique_and_references_exist() {
     assert_eq!(hints[0].hint.as_deref(), Some("did you mean `red`?"));
 }
 
+/// Protects: sizes are above zero and directions lead somewhere.
 #[test]
 fn sizes_are_above_zero_and_directions_lead_somewhere() {
     assert_eq!(shape(Shape::Sphere { centre: HERE, radius: -1.0 }), "sphere.radius: `radius` must be above zero, not -1");
@@ -286,7 +295,7 @@ fn sizes_are_above_zero_and_directions_lead_somewhere() {
     assert!(shape(Shape::Triangle { vertices: [HERE, ABOVE, HERE] }).contains("no area"));
 }
 
-/// Numbers in a message are short whatever their size.
+/// Protects: numbers in a message are short whatever their size.
 #[test]
 fn lists_have_no_rows_of_zeros() {
     let list = super::check::list;
@@ -294,6 +303,7 @@ fn lists_have_no_rows_of_zeros() {
     assert_eq!(list(&[0.0, 0.25, f64::NAN, 1e-6, 999_999.5]), "[0, 0.25, NaN, 0.000001, 999999.5]");
 }
 
+/// Protects: transforms leave something to see.
 #[test]
 fn transforms_leave_something_to_see() {
     assert!(transform(TransformStep::Scale([1.0, 0.0, 1.0])).contains("may be zero"));
@@ -308,6 +318,7 @@ fn transforms_leave_something_to_see() {
     assert_eq!(broken(|s| s.objects[0].transform = vec![TransformStep::Matrix(tiny)]), []);
 }
 
+/// Protects: generators have places and sound objects.
 #[test]
 fn generators_have_places_and_sound_objects() {
     let generator = |kind, object| broken(|s| s.generators = vec![Generator { kind, object }]);
@@ -321,6 +332,7 @@ fn generators_have_places_and_sound_objects() {
     assert_eq!(generator(scatter(1, HERE), ball(-1.0))[0].path, "generators[0].object.shape.sphere.radius");
 }
 
+/// Protects: mesh arrays are finite and fit each other.
 #[test]
 fn mesh_arrays_are_finite_and_fit_each_other() {
     let problem = |break_it: fn(&mut MeshData)| {
@@ -348,6 +360,7 @@ fn mesh_arrays_are_finite_and_fit_each_other() {
     assert_eq!(scene[0].path, "meshes[0].source.inline.indices[0]");
 }
 
+/// Protects: a flood of problems is cut off.
 #[test]
 fn a_flood_of_problems_is_cut_off() {
     assert_eq!(broken(|s| s.objects = vec![ball(-1.0); 5000]).len(), 100);

@@ -10,6 +10,7 @@ fn scene_folder() -> tempfile::TempDir {
     outer
 }
 
+/// Protects: a file beside the scene is read and counts towards the hash.
 #[test]
 fn a_file_beside_the_scene_is_read_and_counts_towards_the_hash() {
     let outer = scene_folder();
@@ -60,6 +61,7 @@ fn what_is_read_and_named_is_remembered() {
     assert_eq!(inputs.files().count(), 2);
 }
 
+/// Protects: a file over the limit is not read.
 #[test]
 fn a_file_over_the_limit_is_not_read() {
     let outer = scene_folder();
@@ -67,6 +69,7 @@ fn a_file_over_the_limit_is_not_read() {
     assert!(matches!(folder.read("own.txt"), Err(ReadError::TooLarge(_))));
 }
 
+/// Protects: nothing outside the folder is read.
 #[test]
 fn nothing_outside_the_folder_is_read() {
     let outer = scene_folder();
@@ -119,6 +122,7 @@ fn ways_inside_and_ways_out() {
     }
 }
 
+/// Protects: a link that leads out of the folder is not followed.
 #[cfg(unix)]
 #[test]
 fn a_link_that_leads_out_of_the_folder_is_not_followed() {
@@ -131,7 +135,7 @@ fn a_link_that_leads_out_of_the_folder_is_not_followed() {
     }
 }
 
-/// Opening a pipe waits for someone to write into it.
+/// Protects: opening a pipe waits for someone to write into it.
 #[cfg(unix)]
 #[test]
 fn a_pipe_is_refused_without_waiting() {
@@ -143,6 +147,7 @@ fn a_pipe_is_refused_without_waiting() {
     }
 }
 
+/// Protects: a preset reads no file.
 #[test]
 fn a_preset_reads_no_file() {
     assert!(matches!(Folder::none(1000).read("own.txt"), Err(ReadError::Refused(_))));

@@ -90,7 +90,7 @@ mod tests {
         out
     }
 
-    /// Unknown chunks are skipped, as the specification demands; the binary one behind them is still found.
+    /// Protects: unknown chunks are skipped, as the specification demands; the binary one behind them is still found.
     #[test]
     fn unknown_chunks_are_skipped() {
         let bytes = glb(12 + 8 + 2 + 8 + 3 + 8 + 1, &[(b"JSON", b"{}"), (b"WHAT", b"abc"), (b"BIN\0", b"x")]);
@@ -100,7 +100,7 @@ mod tests {
         assert_eq!(warnings.finish("x.glb").len(), 1);
     }
 
-    /// A header length below the header's own size once made a reader subtract below zero.
+    /// Protects: a header length below the header's own size once made a reader subtract below zero.
     #[test]
     fn tiny_lengths_are_refused() {
         for length in 0..12 {

@@ -25,7 +25,7 @@ fn codes(bytes: &[u8]) -> Vec<[u8; 4]> {
     }
 }
 
-/// Every kind of PNG becomes the same RGBA codes; 16 bits are rounded, gamma chunks ignored.
+/// Protects: every kind of PNG becomes the same RGBA codes; 16 bits are rounded, gamma chunks ignored.
 #[test]
 fn png_kinds_agree() {
     use png::{BitDepth::*, ColorType::*};
@@ -128,7 +128,7 @@ pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// The two float formats keep what is brighter than white, and clamp what light can't be.
+/// Protects: the two float formats keep what is brighter than white, and clamp what light can't be.
 #[test]
 fn float_formats_stay_linear() {
     let values = [[0.5_f32, 2.0, 40.0], [0.25, 1.0, 0.0]];
@@ -175,7 +175,7 @@ fn floats_are_what_light_can_be() {
     }
 }
 
-/// Size is checked in the header, for every format; broken and foreign data are told apart.
+/// Protects: size is checked in the header, for every format; broken and foreign data are told apart.
 #[test]
 fn limits_and_faults() {
     let limits = Limits { image_pixels: 1, ..Limits::default() };

@@ -58,7 +58,7 @@ pub(super) fn relative(path: &str) -> String {
 mod tests {
     use super::*;
 
-    /// What follows a continued line is part of it; comments and blank lines are nothing; `\r\n` is a line's end.
+    /// Protects: what follows a continued line is part of it; comments and blank lines are nothing; `\r\n` is a line's end.
     #[test]
     fn statements_are_joined_and_stripped() {
         let text = decode(b"\xef\xbb\xbf  # x\r\nf 1 2 \\\r\n 3 # y\r\n\r\nusemtl  a b \n s\toff");

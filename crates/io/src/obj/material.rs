@@ -200,7 +200,7 @@ mod tests {
         }
     }
 
-    /// The table at the top, line by line.
+    /// Protects: the table at the top, line by line.
     #[test]
     fn illumination_models_mean_what_the_table_says() {
         let glass = of("Kd 0 0 0\nTf 0.5 1 1\nNi 1.25\nd 0.1\nillum 7");

@@ -157,7 +157,7 @@ fn completed(statement: &Statement) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// tobj panics on the first of these and gives up on the others.
+    /// Protects: tobj panics on the first of these and gives up on the others.
     #[test]
     fn incomplete_statements_do_no_harm() {
         let text = "newmtl\nKd 0.5\nnewmtl a b\nKe 1 2\nNs\nillum x\nd -halo 0.25\nKs spectral f\nmap_Kd\nTf 1f 2 3 4\n";

@@ -187,7 +187,7 @@ impl<'f> Textures<'f> {
 mod tests {
     use super::*;
 
-    /// Options stand before and behind names, and names have blanks.
+    /// Protects: options stand before and behind names, and names have blanks.
     #[test]
     fn statements_are_taken_apart() {
         let map = |text: &str| {
@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(map("-s"), plain(""));
     }
 
-    /// Scale and offset are meant for v from the bottom: the bottom-left texel of a doubled image stays where it is.
+    /// Protects: scale and offset are meant for v from the bottom: the bottom-left texel of a doubled image stays where it is.
     #[test]
     fn scale_keeps_the_bottom_left_corner() {
         let [u, v] = Map::parse("-s 2 2 x.png").rows().unwrap();
@@ -212,7 +212,7 @@ mod tests {
         assert_eq!(at(0.5, 0.5), [1.0, 0.0]);
     }
 
-    /// An offset moves what is read to the right and up, as its numbers count: v from the bottom.
+    /// Protects: an offset moves what is read to the right and up, as its numbers count: v from the bottom.
     #[test]
     fn offsets_count_from_the_bottom() {
         let [u, v] = Map::parse("-o 0.25 0.125 x.png").rows().unwrap();

@@ -80,7 +80,7 @@ mod tests {
         names
     }
 
-    /// A new file and a replaced one hold exactly the bytes, and nothing else is left in the folder.
+    /// Protects: a new file and a replaced one hold exactly the bytes, and nothing else is left in the folder.
     #[test]
     fn writes_and_replaces_whole_files() {
         let folder = tempfile::tempdir().unwrap();
@@ -136,7 +136,7 @@ mod tests {
         assert_eq!(fs::read(&path).unwrap(), b"old");
     }
 
-    /// A missing folder and a folder under the final name are errors of kind `File` that leave nothing behind.
+    /// Protects: a missing folder and a folder under the final name are errors of kind `File` that leave nothing behind.
     #[test]
     fn failures_leave_nothing_behind() {
         let folder = tempfile::tempdir().unwrap();
@@ -150,7 +150,7 @@ mod tests {
         assert_eq!(names(folder.path()), ["taken"]);
     }
 
-    /// A failed rename removes the temporary file and leaves the old content alone.
+    /// Protects: a failed rename removes the temporary file and leaves the old content alone.
     #[cfg(unix)]
     #[test]
     fn an_old_file_survives_a_failure() {
@@ -163,7 +163,7 @@ mod tests {
         assert_eq!(names(folder.path()), ["a.bin"]);
     }
 
-    /// A link stays a link, its target is replaced; the new file is as readable as any other of the user's.
+    /// Protects: a link stays a link, its target is replaced; the new file is as readable as any other of the user's.
     #[cfg(unix)]
     #[test]
     fn links_and_permissions_are_kept() {
@@ -185,7 +185,7 @@ mod tests {
         assert_eq!(mode(&real), mode(&plain));
     }
 
-    /// A device is written to, not replaced by a file.
+    /// Protects: a device is written to, not replaced by a file.
     #[cfg(unix)]
     #[test]
     fn devices_are_written_to_directly() {

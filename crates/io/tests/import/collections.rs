@@ -9,7 +9,7 @@ fn models(folder: &str, endings: &[&str]) -> Vec<PathBuf> {
     all.into_iter().filter(|p| p.extension().is_some_and(|e| endings.iter().any(|x| e == *x))).collect()
 }
 
-/// Every shared glTF file outside `compressed` loads, and shows something unless it is made of points and lines.
+/// Protects: every shared glTF file outside `compressed` loads, and shows something unless it is made of points and lines.
 #[test]
 fn gltf_files_load() {
     for path in models("gltf", &["gltf", "glb"]) {
@@ -24,7 +24,7 @@ fn gltf_files_load() {
     }
 }
 
-/// Files that the asset generator calls wrong are refused or shown without the wrong part.
+/// Protects: files that the asset generator calls wrong are refused or shown without the wrong part.
 #[test]
 fn negative_gltf_files_do_no_harm() {
     for path in models("gltf/AssetGenerator-Negative", &["gltf", "glb"]) {

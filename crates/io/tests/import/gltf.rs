@@ -29,7 +29,7 @@ fn farthest(a: &Loaded, b: &Loaded) -> f64 {
     farthest
 }
 
-/// A real file from end to end: container, hierarchy, texture, camera.
+/// Protects: a real file from end to end: container, hierarchy, texture, camera.
 #[test]
 fn duck() {
     let Some(path) = assets("gltf/Duck/Duck.glb") else { return };
@@ -51,7 +51,7 @@ fn duck() {
     assert!((1.5..1.7).contains(&height), "{height}");
 }
 
-/// Buffers beside the file, with a blank in their name; the lamp's radiance is factor times strength.
+/// Protects: buffers beside the file, with a blank in their name; the lamp's radiance is factor times strength.
 #[test]
 fn cornell() {
     let Some(path) = assets("gltf/crafted/cornell/cornell.gltf") else { return };
@@ -73,7 +73,7 @@ fn cornell() {
     assert_eq!(room.scene.cameras[0].aspect, None);
 }
 
-/// Normalised and plain integers of 8 and 16 bits mean the same as the floats of the twin.
+/// Protects: normalised and plain integers of 8 and 16 bits mean the same as the floats of the twin.
 #[test]
 fn quantized_equals_its_float_twin() {
     let Some(folder) = assets("gltf/crafted") else { return };
@@ -90,7 +90,7 @@ fn quantized_equals_its_float_twin() {
     }
 }
 
-/// Nested non-uniform scales, mirrors and matrices: same places, and normals on the same side of the same facets.
+/// Protects: nested non-uniform scales, mirrors and matrices: same places, and normals on the same side of the same facets.
 #[test]
 fn nested_transforms_equal_their_baked_twin() {
     let Some(folder) = assets("gltf/crafted") else { return };
@@ -113,7 +113,7 @@ fn nested_transforms_equal_their_baked_twin() {
     assert!(mirrored > 0, "the file has mirrored nodes");
 }
 
-/// All index types, no indices, strips and fans make the same quad.
+/// Protects: all index types, no indices, strips and fans make the same quad.
 #[test]
 fn index_types_make_the_same_quads() {
     let Some(path) = assets("gltf/crafted/index_types.glb") else { return };
@@ -134,7 +134,7 @@ fn index_types_make_the_same_quads() {
     assert!(areas.iter().all(|area| area.distance(areas[0]) < 1e-6), "{areas:?}");
 }
 
-/// A flat sheet with five points raised by a sparse accessor.
+/// Protects: a flat sheet with five points raised by a sparse accessor.
 #[test]
 fn sparse_positions_raise_five_points() {
     let Some(folder) = assets("gltf/crafted") else { return };
@@ -150,7 +150,7 @@ fn raised(file: &Loaded, object: &raywright_core::scene::Object) -> usize {
     (0..3).map(|axis| positions.iter().filter(|p| p[axis].abs() > 1e-6).count()).min().unwrap_or(0)
 }
 
-/// `scene: 1` shows the second scene and nothing of the first.
+/// Protects: `scene: 1` shows the second scene and nothing of the first.
 #[test]
 fn the_default_scene_is_shown() {
     let Some(path) = assets("gltf/crafted/two_scenes_default_1.glb") else { return };
@@ -163,7 +163,7 @@ fn the_default_scene_is_shown() {
     }
 }
 
-/// Blanks, umlauts, sub-folders and data references: every image is found.
+/// Protects: blanks, umlauts, sub-folders and data references: every image is found.
 #[test]
 fn encoded_references_are_found() {
     let Some(folder) = assets("gltf/crafted/uri_encoding") else { return };
@@ -173,7 +173,7 @@ fn encoded_references_are_found() {
     assert!(textured >= 3);
 }
 
-/// Palettes, grey, alpha, gamma chunks and orientation tags: eight-bit codes that agree where the picture's do.
+/// Protects: palettes, grey, alpha, gamma chunks and orientation tags: eight-bit codes that agree where the picture's do.
 #[test]
 fn image_formats_decode_alike() {
     let Some(path) = assets("gltf/crafted/image_formats.glb") else { return };
@@ -186,7 +186,7 @@ fn image_formats_decode_alike() {
     }
 }
 
-/// Node transforms are read in double precision: neighbours in geocentric coordinates keep their distance.
+/// Protects: node transforms are read in double precision: neighbours in geocentric coordinates keep their distance.
 #[test]
 fn node_translations_keep_double_precision() {
     let folder = tempfile::tempdir().unwrap();
@@ -207,7 +207,7 @@ fn node_translations_keep_double_precision() {
     assert_eq!(file.scene.meshes.len(), 1, "objects of one mesh share it");
 }
 
-/// The markers of the texture transform test lie where the arrow's tip must be shown: just beyond (0.69, 0.69) in the image.
+/// Protects: the markers of the texture transform test lie where the arrow's tip must be shown: just beyond (0.69, 0.69) in the image.
 #[test]
 fn texture_transforms_turn_the_right_way() {
     let Some(path) = assets("gltf/TextureTransformTest/TextureTransformTest.gltf") else { return };
@@ -224,7 +224,7 @@ fn texture_transforms_turn_the_right_way() {
     assert_eq!(image_point("Offset V", 0.25, 0.25), [0.25, 0.75]);
 }
 
-/// A chain of nodes as deep as a file is long neither overflows the stack nor takes long; nodes of two parents that would be
+/// Protects: a chain of nodes as deep as a file is long neither overflows the stack nor takes long; nodes of two parents that would be
 /// shown 2^n times are refused.
 #[test]
 fn deep_and_braided_hierarchies() {
@@ -244,7 +244,7 @@ fn deep_and_braided_hierarchies() {
     assert!(error.contains("several parents"), "{error}");
 }
 
-/// Radiance of the emissive row: factor times strength, exactly; the strength of a file without the extension is 1.
+/// Protects: radiance of the emissive row: factor times strength, exactly; the strength of a file without the extension is 1.
 #[test]
 fn emissive_strength_multiplies() {
     let Some(path) = assets("gltf/crafted/emissive_strength.glb") else { return };
@@ -258,7 +258,7 @@ fn emissive_strength_multiplies() {
     }
 }
 
-/// Both kinds of camera, with the pose of their nodes.
+/// Protects: both kinds of camera, with the pose of their nodes.
 #[test]
 fn cameras_have_their_nodes_pose() {
     let Some(path) = assets("gltf/Cameras/Cameras.gltf") else { return };
@@ -272,7 +272,7 @@ fn cameras_have_their_nodes_pose() {
     assert_eq!(height, 2.0);
 }
 
-/// Point, spot and directional lights with position, direction, cone and intensity.
+/// Protects: point, spot and directional lights with position, direction, cone and intensity.
 #[test]
 fn punctual_lights_are_read() {
     let Some(path) = assets("gltf/crafted/lights_punctual.glb") else { return };
@@ -292,7 +292,7 @@ fn punctual_lights_are_read() {
     assert!(close(sun.colour.0, [0.2, 0.25, 0.5]), "{sun:?}");
 }
 
-/// Wrap modes, filters and single-sidedness as the file says.
+/// Protects: wrap modes, filters and single-sidedness as the file says.
 #[test]
 fn samplers_and_sides_are_read() {
     let Some(path) = assets("gltf/TextureSettingsTest/TextureSettingsTest.gltf") else { return };
@@ -305,7 +305,7 @@ fn samplers_and_sides_are_read() {
     assert!(sides.contains(&SideRule::Both) && sides.contains(&SideRule::Culled), "{sides:?}");
 }
 
-/// What is ignored is said, once and by name.
+/// Protects: what is ignored is said, once and by name.
 #[test]
 fn what_is_ignored_is_named() {
     let Some(folder) = assets("gltf") else { return };

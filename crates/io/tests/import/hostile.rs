@@ -95,7 +95,7 @@ fn victims(endings: &[&str], names: &[&str]) -> Vec<Victim> {
     made.chain(names.iter().filter_map(|name| assets(name))).map(|path| Victim::of(&path)).collect()
 }
 
-/// Every length from nothing to all but one byte.
+/// Protects: every length from nothing to all but one byte.
 #[test]
 fn truncated_models_do_no_harm() {
     for victim in victims(&["gltf", "glb"], &SMALL) {
@@ -107,7 +107,7 @@ fn truncated_models_do_no_harm() {
     }
 }
 
-/// One to four random bytes changed.
+/// Protects: one to four random bytes changed.
 #[test]
 fn flipped_models_do_no_harm() {
     let (mut survivors, mut tried) = (0, 0);
@@ -127,7 +127,7 @@ fn flipped_models_do_no_harm() {
     assert!(100 * survivors > tried, "damage that nothing survives tests nothing: {survivors} of {tried}");
 }
 
-/// Numbers in the JSON replaced by others that fit the grammar: huge, negative, fractional, off by one.
+/// Protects: numbers in the JSON replaced by others that fit the grammar: huge, negative, fractional, off by one.
 #[test]
 fn lying_numbers_do_no_harm() {
     const LIES: [&str; 12] =
@@ -177,7 +177,7 @@ fn numbers(json: &str) -> Vec<(usize, &str)> {
     out
 }
 
-/// STL and PLY of all kinds: every truncation, and bytes changed, most of them where there is text.
+/// Protects: STL and PLY of all kinds: every truncation, and bytes changed, most of them where there is text.
 #[test]
 fn damaged_meshes_do_no_harm() {
     let folder = tempfile::tempdir().unwrap();
@@ -201,7 +201,7 @@ fn damaged_meshes_do_no_harm() {
     assert!(100 * survivors > tried, "damage that nothing survives tests nothing: {survivors} of {tried}");
 }
 
-/// OBJ and MTL text cut and changed in every way that the models are.
+/// Protects: OBJ and MTL text cut and changed in every way that the models are.
 #[test]
 fn damaged_text_does_no_harm() {
     let names = ["obj/crafted/glass_and_mirror.obj", "obj/crafted/negative_indices.obj", "obj/tinyobj/cube-vertexcol.obj"];

@@ -33,7 +33,7 @@ fn expectations(folder: &Path) -> serde_json::Map<String, serde_json::Value> {
     serde_json::from_slice(&text).unwrap()
 }
 
-/// The verdicts that the collection prescribes.
+/// Protects: the verdicts that the collection prescribes.
 #[test]
 fn malformed_files_get_their_verdict() {
     let Some(folder) = assets("malformed") else { return };
@@ -52,7 +52,7 @@ fn malformed_files_get_their_verdict() {
     }
 }
 
-/// Messages say what is wrong, not just that something is.
+/// Protects: messages say what is wrong, not just that something is.
 #[test]
 fn messages_name_the_cause() {
     let Some(folder) = assets("malformed") else { return };
@@ -78,7 +78,7 @@ fn messages_name_the_cause() {
     }
 }
 
-/// The validator's own test files: whatever the verdict, no panic; files that it finds no fault with are not refused.
+/// Protects: the validator's own test files: whatever the verdict, no panic; files that it finds no fault with are not refused.
 #[test]
 fn validator_files_do_no_harm() {
     let Some(folder) = assets("malformed/khronos-validator") else { return };

@@ -32,7 +32,7 @@ fn write(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
     (folder, path)
 }
 
-/// Quads, hexagons and a concave L by material; the lamp shines.
+/// Protects: quads, hexagons and a concave L by material; the lamp shines.
 #[test]
 fn cornell_room() {
     let Some(path) = assets("obj/crafted/cornell_quads_ngons.obj") else { return };
@@ -48,7 +48,7 @@ fn cornell_room() {
     assert!(room.scene.objects.iter().all(|o| o.side == SideRule::Both));
 }
 
-/// Glass is glass and a mirror is a mirror.
+/// Protects: glass is glass and a mirror is a mirror.
 #[test]
 fn glass_and_mirror() {
     let Some(path) = assets("obj/crafted/glass_and_mirror.obj") else { return };
@@ -60,7 +60,7 @@ fn glass_and_mirror() {
     assert_eq!((&mirror.metallic, &mirror.roughness, &mirror.transmission), (&1.0.into(), &0.0.into(), &0.0.into()));
 }
 
-/// A smoothing group shares a normal along its edge; without one, facets stay flat.
+/// Protects: a smoothing group shares a normal along its edge; without one, facets stay flat.
 #[test]
 fn smoothing_groups() {
     let Some(path) = assets("obj/crafted/no_normals_smooth.obj") else { return };
@@ -76,7 +76,7 @@ fn smoothing_groups() {
     }
 }
 
-/// Indices from the end count from where they stand.
+/// Protects: indices from the end count from where they stand.
 #[test]
 fn negative_indices() {
     let Some(path) = assets("obj/crafted/negative_indices.obj") else { return };
@@ -91,7 +91,7 @@ fn negative_indices() {
     assert_eq!((at([0.0, 0.0, 0.0]), at([1.0, 1.0, 0.0])), ([0.0, 1.0], [1.0, 0.0]));
 }
 
-/// The counts of well-known models.
+/// Protects: the counts of well-known models.
 #[test]
 fn well_known_models() {
     let Some(folder) = assets("obj/common") else { return };
@@ -100,7 +100,7 @@ fn well_known_models() {
     }
 }
 
-/// Every shared OBJ file loads and shows something, except the one made of lines.
+/// Protects: every shared OBJ file loads and shows something, except the one made of lines.
 #[test]
 fn all_files_load() {
     let Some(folder) = assets("obj") else { return };
@@ -111,7 +111,7 @@ fn all_files_load() {
     }
 }
 
-/// Several libraries on one line, one of which exists; a name with blanks.
+/// Protects: several libraries on one line, one of which exists; a name with blanks.
 #[test]
 fn libraries_are_found() {
     let Some(folder) = assets("obj") else { return };
@@ -122,7 +122,7 @@ fn libraries_are_found() {
     assert!(blanks.scene.materials.iter().any(|m| m.name == "Hard Shiny Plastic White"), "{:?}", blanks.scene.materials);
 }
 
-/// The Cornell box of Embree: every name of a material keeps its colour, whichever face uses it first.
+/// Protects: the Cornell box of Embree: every name of a material keeps its colour, whichever face uses it first.
 #[test]
 fn materials_go_with_their_faces() {
     let Some(path) = assets("obj/tinyobj/cornell_box.obj") else { return };
@@ -132,7 +132,7 @@ fn materials_go_with_their_faces() {
     }
 }
 
-/// Vertex colours are decoded from the sRGB curve, and multiply.
+/// Protects: vertex colours are decoded from the sRGB curve, and multiply.
 #[test]
 fn vertex_colours() {
     let (_folder, path) = write("v 0 0 0 1 0.5 0\nv 1 0 0\nv 0 1 0 0 0 0\nf 1 2 3\n");
@@ -176,7 +176,7 @@ fn given_normals_stay_out_of_smoothing() {
     assert_eq!(normals_of([o, z, x]), [[y; 3]], "nothing of the other face is in it");
 }
 
-/// What is wrong is refused with its line.
+/// Protects: what is wrong is refused with its line.
 #[test]
 fn errors_name_line_and_cause() {
     for (text, words) in [
@@ -333,7 +333,7 @@ fn opacity_is_told_both_ways() {
     }
 }
 
-/// A missing texture, a missing library and a reference out of the folder are warnings; nothing outside is read.
+/// Protects: a missing texture, a missing library and a reference out of the folder are warnings; nothing outside is read.
 #[test]
 fn missing_things_are_warnings() {
     let (folder, path) = write("mtllib ../x.mtl\nmtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
@@ -353,7 +353,7 @@ fn missing_things_are_warnings() {
     }
 }
 
-/// The verdicts that the collection of malformed files prescribes.
+/// Protects: the verdicts that the collection of malformed files prescribes.
 #[test]
 fn malformed_files_get_their_verdict() {
     let Some(folder) = assets("malformed/obj") else { return };

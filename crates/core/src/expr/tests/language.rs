@@ -19,7 +19,7 @@ fn refused(source: &str) -> (String, String, String) {
     }
 }
 
-/// Arithmetic follows the usual precedence: power over sign over product over sum over comparison over choice.
+/// Protects: arithmetic follows the usual precedence: power over sign over product over sum over comparison over choice.
 #[test]
 fn precedence() {
     for (source, expected) in [
@@ -43,7 +43,7 @@ fn precedence() {
     }
 }
 
-/// Names are the time, the parameters and the constants.
+/// Protects: names are the time, the parameters and the constants.
 #[test]
 fn named_numbers() {
     assert_eq!(value("1 + 0.15*sin(0.8*t)"), 1.0 + 0.15 * libm::sin(1.6));
@@ -52,7 +52,7 @@ fn named_numbers() {
     assert_eq!(value("ln(e)"), 1.0);
 }
 
-/// Every function against its definition.
+/// Protects: every function against its definition.
 #[test]
 fn functions() {
     for (source, expected) in [
@@ -95,7 +95,7 @@ fn functions() {
     }
 }
 
-/// Vectors act componentwise with vectors and with numbers, and geometry has its own functions.
+/// Protects: vectors act componentwise with vectors and with numbers, and geometry has its own functions.
 #[test]
 fn vectors() {
     for (source, expected) in [
@@ -127,7 +127,7 @@ fn vectors() {
     }
 }
 
-/// Interpolation meets its ends exactly, whatever the rounding in between.
+/// Protects: interpolation meets its ends exactly, whatever the rounding in between.
 #[test]
 fn mix_is_exact_at_the_ends() {
     for (a, b) in [(0.1, 0.7), (-3.3, 1e10), (1e-10, 5.0)] {
@@ -136,7 +136,7 @@ fn mix_is_exact_at_the_ends() {
     }
 }
 
-/// What happens in the branch not taken is of no consequence.
+/// Protects: what happens in the branch not taken is of no consequence.
 #[test]
 fn only_the_taken_branch_matters() {
     assert_eq!(value("0 > 1 ? 1/0 : 2"), 2.0);
@@ -144,7 +144,7 @@ fn only_the_taken_branch_matters() {
     assert_eq!(value("sqrt(-1) ? 1 : 2"), 2.0);
 }
 
-/// A number of the scene is finite; on the way to it, arithmetic is IEEE.
+/// Protects: a number of the scene is finite; on the way to it, arithmetic is IEEE.
 #[test]
 fn values_must_be_finite() {
     assert_eq!(value("1/(1/0)"), 0.0);
@@ -153,7 +153,7 @@ fn values_must_be_finite() {
     assert_eq!(refused("[1, 2, 3]").0, "the value must be a number, and this is a vector");
 }
 
-/// Errors point at the place and say what to do.
+/// Protects: errors point at the place and say what to do.
 #[test]
 fn errors_point_at_the_place() {
     for (source, message, place, hint) in [
@@ -191,7 +191,7 @@ fn errors_point_at_the_place() {
     }
 }
 
-/// A parameter that hides something else is an error where it is used, not a surprise.
+/// Protects: a parameter that hides something else is an error where it is used, not a surprise.
 #[test]
 fn an_ambiguous_name_is_refused() {
     let names = BTreeMap::from([("pi".to_owned(), 3.0)]);
@@ -199,7 +199,7 @@ fn an_ambiguous_name_is_refused() {
     assert_eq!(evaluate("2", &names), Ok(2.0));
 }
 
-/// Hostile sources are refused in bounded time and stack, however they nest or go on.
+/// Protects: hostile sources are refused in bounded time and stack, however they nest or go on.
 #[test]
 fn hostile_sources_are_refused() {
     for (open, close) in [("(", ")"), ("-", ""), ("sin(", ")"), ("2^", ""), ("1 ? ", ": 0"), ("[0, 0, ", "].x"), ("1+(", ")")] {
@@ -214,7 +214,7 @@ fn hostile_sources_are_refused() {
     assert!(refused(&"1+".repeat(MAX_SOURCE / 2)).0.contains("ends where a value is expected"));
 }
 
-/// No text at all makes the parser panic, and every span lies on character boundaries.
+/// Protects: no text at all makes the parser panic, and every span lies on character boundaries.
 #[test]
 fn any_text_is_survived() {
     let pieces = ["1", "t", "sin", "(", ")", "[", "]", ",", ".", "x", "+", "-", "^", "?", ":", "é", "∞", "1e", "&&", "&", " "];
@@ -231,7 +231,7 @@ fn any_text_is_survived() {
     }
 }
 
-/// A parameter's name must be readable in an expression.
+/// Protects: a parameter's name must be readable in an expression.
 #[test]
 fn parameter_names() {
     assert_eq!(parameter_name_problem("wave_2"), None);
@@ -241,7 +241,7 @@ fn parameter_names() {
     assert!(parameter_name_problem("t").is_some());
 }
 
-/// Noise functions are those of [`crate::noise`], in space for a vector or three numbers, in the plane for two.
+/// Protects: noise functions are those of [`crate::noise`], in space for a vector or three numbers, in the plane for two.
 #[test]
 fn noise_functions() {
     use crate::noise::{fbm2, fbm3, noise2, noise3, turbulence2, turbulence3};

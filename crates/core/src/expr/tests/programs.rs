@@ -7,7 +7,7 @@ use super::{hit, names};
 use crate::expr::semantics::{power, vanishing};
 use crate::expr::{Constant, MAX_OPERATIONS, Programs, Scope, Variable, compile, compile_number};
 
-/// Every variable reads its own input, and only in the scopes that have it.
+/// Protects: every variable reads its own input, and only in the scopes that have it.
 #[test]
 fn variables_belong_to_scopes() {
     for (source, scope, expected) in [
@@ -28,7 +28,7 @@ fn variables_belong_to_scopes() {
     assert!(compile_number("p", &names(), Scope::Surface).is_err_and(|e| e.message.contains("a weight must be a number")));
 }
 
-/// What the preparation asks a program: constant or not, which variables, which kind.
+/// Protects: what the preparation asks a program: constant or not, which variables, which kind.
 #[test]
 fn programs_describe_themselves() {
     let surface = |source| compile(source, &names(), Scope::Surface).expect("compiles");
@@ -63,7 +63,7 @@ fn programs_lie_side_by_side() {
     assert!(together.uses(6, Variable::Direction) && !together.uses(6, Variable::U) && together.uses(0, Variable::U));
 }
 
-/// A program larger than the limit is an error, not a slow picture.
+/// Protects: a program larger than the limit is an error, not a slow picture.
 #[test]
 fn oversized_programs_are_refused() {
     let terms: Vec<String> = (1..MAX_OPERATIONS).map(|i| format!("u*{i}")).collect();
@@ -71,7 +71,7 @@ fn oversized_programs_are_refused() {
     assert!(error.message.contains("the limit is"), "{error}");
 }
 
-/// A power that is known to be zero before it is multiplied out is what multiplying out gives, bit for bit.
+/// Protects: a power that is known to be zero before it is multiplied out is what multiplying out gives, bit for bit.
 #[test]
 fn powers_vanish_where_their_squares_do() {
     for exponent in (0..600).chain([1023, 1024, 1025, 4095, 32_769, 65_535, 65_536]) {

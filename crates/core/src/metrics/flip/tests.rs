@@ -43,7 +43,7 @@ fn plain(code: [i32; 3]) -> Picture {
     from_codes(1, 1, |_, _| code)
 }
 
-/// Whole maps: mean, quartiles, maximum and single pixels, in the middle, at the border and in the corner.
+/// Protects: whole maps: mean, quartiles, maximum and single pixels, in the middle, at the border and in the corner.
 #[test]
 fn flip_agrees_with_its_authors() {
     let [picture, reference] = pair(96, 64);
@@ -78,7 +78,7 @@ fn flip_agrees_with_its_authors() {
     }
 }
 
-/// A picture smaller than the filters, and single colours: black and white, the largest distance, one code.
+/// Protects: a picture smaller than the filters, and single colours: black and white, the largest distance, one code.
 #[test]
 fn small_pictures_agree_too() {
     let [picture, reference] = pair(37, 5);
@@ -94,7 +94,7 @@ fn small_pictures_agree_too() {
     }
 }
 
-/// No difference without a difference, the same difference either way round, and all of it in 0..1.
+/// Protects: no difference without a difference, the same difference either way round, and all of it in 0..1.
 #[test]
 fn flip_is_a_symmetric_difference() {
     let [picture, reference] = pair(40, 30);
@@ -104,7 +104,7 @@ fn flip_is_a_symmetric_difference() {
     assert!(map.iter().all(|x| (0.0..=1.0).contains(x)));
 }
 
-/// A NaN is as visible as the marker that shows it, and numbers out of range are clipped, so the map has neither.
+/// Protects: a NaN is as visible as the marker that shows it, and numbers out of range are clipped, so the map has neither.
 #[test]
 fn odd_numbers_are_visible() {
     let [picture, reference] = pair(20, 20);

@@ -16,12 +16,13 @@ const ALTERNATIVES: &str = "constant = expression = map = { image = rotation = s
     blinn_reflected grazing error_bound first_in_order drop scene = time = corners whitted path none aces aces-hill khronos-neutral 2.2 bilinear mipmaps \
     repeat both culled split normal gaussian blackman-harris tent";
 
+/// Protects: the scene of everything is right.
 #[test]
 fn the_scene_of_everything_is_right() {
     assert_eq!(good(EVERYTHING).title, "Everything");
 }
 
-/// Whatever is added to the format must be added to the scene of everything, or the other tests here do not see it.
+/// Protects: whatever is added to the format must be added to the scene of everything, or the other tests here do not see it.
 #[test]
 fn the_scene_of_everything_is_complete() {
     let schema: Value = serde_json::from_str(&schema()).expect("the schema is JSON");
@@ -59,6 +60,7 @@ fn collect(schema: &Value, words: &mut BTreeSet<String>) {
     }
 }
 
+/// Protects: a scene written as JSON is read back the same.
 #[test]
 fn a_scene_written_as_json_is_read_back_the_same() {
     let mut texts: Vec<&str> = presets::list().into_iter().map(|preset| preset.text).collect();

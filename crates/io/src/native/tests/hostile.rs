@@ -38,6 +38,7 @@ static SCENES: LazyLock<Vec<(Vec<u8>, Notation)>> = LazyLock::new(|| {
     both.collect()
 });
 
+/// Protects: every truncation of every scene is survived.
 #[test]
 fn every_truncation_of_every_scene_is_survived() {
     for (bytes, notation) in &*SCENES {
@@ -50,6 +51,7 @@ fn every_truncation_of_every_scene_is_survived() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(2000) })]
 
+    /// Protects: damaged bytes are survived.
     #[test]
     fn damaged_bytes_are_survived(at in any::<prop::sample::Index>(), which in any::<prop::sample::Index>(), bytes: [u8; 3], count in 1..4_usize) {
         let (mut scene, notation) = which.get(&SCENES).clone();
@@ -59,7 +61,7 @@ proptest! {
         survive(&scene, notation);
     }
 
-    /// Well-formed texts whose values are not what a scene expects there.
+    /// Protects: well-formed texts whose values are not what a scene expects there.
     #[test]
     fn any_value_anywhere_is_survived(at in any::<prop::sample::Index>(), which in any::<prop::sample::Index>(), value in strange()) {
         let texts: Vec<_> = texts().collect();
@@ -121,6 +123,7 @@ fn refused(text: &str, notation: Notation) -> String {
     error.to_string()
 }
 
+/// Protects: nesting without end is one message.
 #[test]
 fn nesting_without_end_is_one_message() {
     const DEPTH: usize = 100_000;
@@ -143,6 +146,7 @@ fn nesting_without_end_is_one_message() {
     }
 }
 
+/// Protects: a line without end is shown in part.
 #[test]
 fn a_line_without_end_is_shown_in_part() {
     let text = format!("format = 1\ntitle = \"{}\"\nt = [{}]", "x".repeat(100_000), "1, ".repeat(100_000));
@@ -150,6 +154,7 @@ fn a_line_without_end_is_shown_in_part() {
     assert!(message.len() < 1000, "{} bytes", message.len());
 }
 
+/// Protects: thousands of problems are cut off and counted.
 #[test]
 fn thousands_of_problems_are_cut_off_and_counted() {
     let text = format!("format = 1\n{}", "[[lights]]\ncolor = 1\n".repeat(3000));
@@ -160,6 +165,7 @@ fn thousands_of_problems_are_cut_off_and_counted() {
     assert!(started.elapsed().as_secs() < 20, "took {:?}", started.elapsed());
 }
 
+/// Protects: control characters do not reach the terminal.
 #[test]
 fn control_characters_do_not_reach_the_terminal() {
     let message = toml("format = 1\n\"\u{1b}[31m\" = 1").err().map(|error| error.to_string()).unwrap_or_default();

@@ -2,6 +2,7 @@
 
 use super::shows;
 
+/// Protects: the message for an unknown name, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_name() {
     shows(
@@ -25,6 +26,7 @@ error: in the expression of `centre[1]`: unknown name `sped`
     );
 }
 
+/// Protects: the message for an expression that breaks off, word for word: place, cause and remedy.
 #[test]
 fn an_expression_that_breaks_off() {
     shows(
@@ -44,6 +46,7 @@ error: in the expression of `t`: the expression ends where a value is expected
     );
 }
 
+/// Protects: the message for an expression without end, word for word: place, cause and remedy.
 #[test]
 fn an_expression_without_end() {
     shows(
@@ -61,6 +64,7 @@ error: in the expression of `t`: this expression is nested more than 64 deep
     );
 }
 
+/// Protects: the message for a division by zero, word for word: place, cause and remedy.
 #[test]
 fn a_division_by_zero() {
     shows(
@@ -81,6 +85,7 @@ error: in the expression of `exposure`: the value of this expression is inf
     );
 }
 
+/// Protects: the message for a parameter that uses a later one, word for word: place, cause and remedy.
 #[test]
 fn a_parameter_that_uses_a_later_one() {
     shows(
@@ -102,6 +107,7 @@ error: in the expression of `a`: unknown name `b`
     );
 }
 
+/// Protects: the message for a parameter named like the time, word for word: place, cause and remedy.
 #[test]
 fn a_parameter_named_like_the_time() {
     shows(
@@ -122,6 +128,7 @@ error: `t` cannot be the name of a parameter
     );
 }
 
+/// Protects: the message for a number of the hit where numbers are settled, word for word: place, cause and remedy.
 #[test]
 fn a_number_of_the_hit_where_numbers_are_settled() {
     shows(
@@ -143,6 +150,7 @@ error: in the expression of `radius`: `u` does not exist in a number of the scen
     );
 }
 
+/// Protects: the message for a vector for a weight, word for word: place, cause and remedy.
 #[test]
 fn a_vector_for_a_weight() {
     shows(
@@ -162,6 +170,7 @@ error: in the expression of `diffuse`: a weight must be a number, and this is a 
     );
 }
 
+/// Protects: the message for a surface variable in the sky, word for word: place, cause and remedy.
 #[test]
 fn a_surface_variable_in_the_sky() {
     shows(

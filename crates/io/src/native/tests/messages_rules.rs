@@ -2,6 +2,7 @@
 
 use super::shows;
 
+/// Protects: the message for an unknown material, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_material() {
     shows(
@@ -26,6 +27,7 @@ error: unknown material `rde`
     );
 }
 
+/// Protects: the message for two materials of one name, word for word: place, cause and remedy.
 #[test]
 fn two_materials_of_one_name() {
     shows(
@@ -48,6 +50,7 @@ error: `red` is also the name of `materials[0]`
     );
 }
 
+/// Protects: the message for a negative radius, word for word: place, cause and remedy.
 #[test]
 fn a_negative_radius() {
     shows(
@@ -72,6 +75,7 @@ error: `radius` must be above zero, not -0.5
     );
 }
 
+/// Protects: the message for a direction without length, word for word: place, cause and remedy.
 #[test]
 fn a_direction_without_length() {
     shows(
@@ -91,6 +95,7 @@ error: `to_light` has no length, so it is no direction
     );
 }
 
+/// Protects: the message for a camera that looks at its own eye, word for word: place, cause and remedy.
 #[test]
 fn a_camera_that_looks_at_its_own_eye() {
     shows(
@@ -112,6 +117,7 @@ error: `target` is where `eye` is, so the camera looks nowhere
     );
 }
 
+/// Protects: the message for a camera that looks along up, word for word: place, cause and remedy.
 #[test]
 fn a_camera_that_looks_along_up() {
     shows(
@@ -133,6 +139,7 @@ error: the camera looks along `up`, [0, 1, 0], so no direction of the picture is
     );
 }
 
+/// Protects: the message for two opening angles, word for word: place, cause and remedy.
 #[test]
 fn two_opening_angles() {
     shows(
@@ -154,6 +161,7 @@ error: `vertical_fov` and `focal_length` both say how wide the pinhole opens
     );
 }
 
+/// Protects: the message for no number, word for word: place, cause and remedy.
 #[test]
 fn no_number() {
     shows(
@@ -179,6 +187,7 @@ error: `colour` must be finite, not [inf, inf, inf]
     );
 }
 
+/// Protects: the message for a picture without pixels, word for word: place, cause and remedy.
 #[test]
 fn a_picture_without_pixels() {
     shows(
@@ -204,6 +213,7 @@ error: `max_depth` must be from 1 to 64, not 0
     );
 }
 
+/// Protects: the message for a mesh whose arrays do not fit, word for word: place, cause and remedy.
 #[test]
 fn a_mesh_whose_arrays_do_not_fit() {
     shows(
@@ -232,6 +242,7 @@ error: `normals` must have one entry for each of the 3 positions, not 1
     );
 }
 
+/// Protects: the message for a transform that flattens, word for word: place, cause and remedy.
 #[test]
 fn a_transform_that_flattens() {
     shows(

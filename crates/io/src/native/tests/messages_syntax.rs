@@ -2,6 +2,7 @@
 
 use super::shows;
 
+/// Protects: the message for an empty file, word for word: place, cause and remedy.
 #[test]
 fn an_empty_file() {
     shows(
@@ -14,6 +15,7 @@ help: the smallest scene is `format = 1`
     );
 }
 
+/// Protects: the message for no format, word for word: place, cause and remedy.
 #[test]
 fn no_format() {
     shows(
@@ -27,6 +29,7 @@ help: a scene begins with `format = 1`, in JSON with `"format": 1`
     );
 }
 
+/// Protects: the message for a later format, word for word: place, cause and remedy.
 #[test]
 fn a_later_format() {
     shows(
@@ -44,6 +47,7 @@ error: this program reads format 1 of scenes, and this is another
     );
 }
 
+/// Protects: the message for a value without quotes, word for word: place, cause and remedy.
 #[test]
 fn a_value_without_quotes() {
     shows(
@@ -63,6 +67,7 @@ error: not valid TOML: string values must be quoted, expected literal string
     );
 }
 
+/// Protects: the message for text that is not closed, word for word: place, cause and remedy.
 #[test]
 fn text_that_is_not_closed() {
     shows(
@@ -82,6 +87,7 @@ error: not valid TOML: invalid basic string, expected `"`
     );
 }
 
+/// Protects: the message for a duplicate key, word for word: place, cause and remedy.
 #[test]
 fn a_duplicate_key() {
     shows(
@@ -102,6 +108,7 @@ error: not valid TOML: duplicate key
     );
 }
 
+/// Protects: the message for JSON in a TOML file, word for word: place, cause and remedy.
 #[test]
 fn json_in_a_toml_file() {
     shows(
@@ -119,6 +126,7 @@ error: not valid TOML: invalid key-value pair, expected key
     );
 }
 
+/// Protects: the message for a header that is not closed, word for word: place, cause and remedy.
 #[test]
 fn a_header_that_is_not_closed() {
     shows(
@@ -137,6 +145,7 @@ error: not valid TOML: unclosed table, expected `]`
     );
 }
 
+/// Protects: the message for a date, word for word: place, cause and remedy.
 #[test]
 fn a_date() {
     shows(
@@ -154,6 +163,7 @@ error: `t` must be a number, or an expression in quotes, not a date
     );
 }
 
+/// Protects: the message for a number that is too large, word for word: place, cause and remedy.
 #[test]
 fn a_number_that_is_too_large() {
     shows(
@@ -174,6 +184,7 @@ error: this number is too large
     );
 }
 
+/// Protects: the message for a comment in JSON, word for word: place, cause and remedy.
 #[test]
 fn a_comment_in_json() {
     shows(
@@ -192,6 +203,7 @@ error: not valid JSON: comments are not allowed
     );
 }
 
+/// Protects: the message for a last comma in JSON, word for word: place, cause and remedy.
 #[test]
 fn a_last_comma_in_json() {
     shows(
@@ -207,6 +219,7 @@ error: not valid JSON: trailing commas are not allowed
     );
 }
 
+/// Protects: the message for a duplicate key in JSON, word for word: place, cause and remedy.
 #[test]
 fn a_duplicate_key_in_json() {
     shows(
@@ -222,6 +235,7 @@ error: duplicate key `t`
     );
 }
 
+/// Protects: the message for half of a JSON file, word for word: place, cause and remedy.
 #[test]
 fn half_of_a_json_file() {
     shows(
@@ -237,6 +251,7 @@ error: not valid JSON: unterminated array
     );
 }
 
+/// Protects: the message for an array as a scene, word for word: place, cause and remedy.
 #[test]
 fn an_array_as_a_scene() {
     shows(
@@ -249,6 +264,7 @@ help: a scene begins with `format = 1`, in JSON with `"format": 1`
     );
 }
 
+/// Protects: the message for a wrong number in JSON, word for word: place, cause and remedy.
 #[test]
 fn a_wrong_number_in_json() {
     shows(

@@ -2,6 +2,7 @@
 
 use super::shows;
 
+/// Protects: the message for an unknown section, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_section() {
     shows(
@@ -22,6 +23,7 @@ error: unknown key `camera`
     );
 }
 
+/// Protects: the message for an unknown key, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_key() {
     shows(
@@ -42,6 +44,7 @@ error: unknown key `sampels`
     );
 }
 
+/// Protects: the message for another spelling, word for word: place, cause and remedy.
 #[test]
 fn another_spelling() {
     shows(
@@ -69,6 +72,7 @@ error: unknown key `color`
     );
 }
 
+/// Protects: the message for a missing key, word for word: place, cause and remedy.
 #[test]
 fn a_missing_key() {
     shows(
@@ -87,6 +91,7 @@ error: `objects[0]`: missing key `material`
     );
 }
 
+/// Protects: the message for one table where many are possible, word for word: place, cause and remedy.
 #[test]
 fn one_table_where_many_are_possible() {
     shows(
@@ -107,6 +112,7 @@ error: `materials` must be an array, not a table
     );
 }
 
+/// Protects: the message for many tables where one is possible, word for word: place, cause and remedy.
 #[test]
 fn many_tables_where_one_is_possible() {
     shows(
@@ -127,6 +133,7 @@ error: `render` must be a table of keys, not an array
     );
 }
 
+/// Protects: the message for text where a number is needed, word for word: place, cause and remedy.
 #[test]
 fn text_where_a_number_is_needed() {
     shows(
@@ -145,6 +152,7 @@ error: `samples` must be a number, or an expression in quotes, not true or false
     );
 }
 
+/// Protects: the message for a fraction where a whole number is needed, word for word: place, cause and remedy.
 #[test]
 fn a_fraction_where_a_whole_number_is_needed() {
     shows(
@@ -163,6 +171,7 @@ error: `samples` must be a whole number, not 4.5
     );
 }
 
+/// Protects: the message for a negative count, word for word: place, cause and remedy.
 #[test]
 fn a_negative_count() {
     shows(
@@ -181,6 +190,7 @@ error: `samples` must be a whole number from 0 to 4294967295, not -4
     );
 }
 
+/// Protects: the message for two numbers for a point, word for word: place, cause and remedy.
 #[test]
 fn two_numbers_for_a_point() {
     shows(
@@ -200,6 +210,7 @@ error: `centre` must be an array of 3 values, not of 2
     );
 }
 
+/// Protects: the message for an unknown word, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_word() {
     shows(
@@ -220,6 +231,7 @@ error: `tone_map` cannot be `filmic`
     );
 }
 
+/// Protects: the message for a mistyped word, word for word: place, cause and remedy.
 #[test]
 fn a_mistyped_word() {
     shows(
@@ -240,6 +252,7 @@ error: `gamma` cannot be `sRGB`
     );
 }
 
+/// Protects: the message for an unknown shape, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_shape() {
     shows(
@@ -261,6 +274,7 @@ error: `shape` cannot be `spere`
     );
 }
 
+/// Protects: the message for two shapes at once, word for word: place, cause and remedy.
 #[test]
 fn two_shapes_at_once() {
     shows(
@@ -280,6 +294,7 @@ error: `shape` must have exactly one key that says which kind it is, not 2
     );
 }
 
+/// Protects: the message for a shape without its keys, word for word: place, cause and remedy.
 #[test]
 fn a_shape_without_its_keys() {
     shows(
@@ -301,6 +316,7 @@ error: `sphere` needs a value
     );
 }
 
+/// Protects: the message for a word that takes no keys, word for word: place, cause and remedy.
 #[test]
 fn a_word_that_takes_no_keys() {
     shows(
@@ -322,6 +338,7 @@ error: `blend` has no value of its own
     );
 }
 
+/// Protects: the message for a colour that is none, word for word: place, cause and remedy.
 #[test]
 fn a_colour_that_is_none() {
     shows(
@@ -340,6 +357,7 @@ error: `constant`: expected a colour: [red, green, blue] or one number for grey,
     );
 }
 
+/// Protects: the message for an unknown input, word for word: place, cause and remedy.
 #[test]
 fn an_unknown_input() {
     shows(

@@ -23,6 +23,7 @@ shape = { sphere = {
 material = "red"
 "#;
 
+/// Protects: numbers may be expressions of the time and of earlier parameters.
 #[test]
 fn numbers_may_be_expressions_of_the_time_and_of_earlier_parameters() {
     let scene = good(BALL);
@@ -30,6 +31,7 @@ fn numbers_may_be_expressions_of_the_time_and_of_earlier_parameters() {
     assert_eq!(scene.objects[0].shape, Shape::Sphere { centre: [0.0, 5.0, 1.0], radius: 16.0 });
 }
 
+/// Protects: inputs of the hit keep their text and colours do not.
 #[test]
 fn inputs_of_the_hit_keep_their_text_and_colours_do_not() {
     let Model::Classic(classic) = &good(BALL).materials[0].model else { panic!("a classic material") };
@@ -50,6 +52,7 @@ fn inputs_that_ask_nothing_of_the_hit_are_numbers() {
     assert_eq!(physical.roughness, raywright_core::scene::Input::Expression("u / a".to_owned()));
 }
 
+/// Protects: overrides stand in place of the file and reach later parameters.
 #[test]
 fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
     let overrides = Overrides { at: Some(1.0), set: vec![("z".to_owned(), 10.0)] };
@@ -57,12 +60,14 @@ fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
     assert_eq!((scene.t, scene.parameters["z"], scene.parameters["a"]), (1.0, 10.0, 11.0));
 }
 
+/// Protects: the time can be given to a scene that says none.
 #[test]
 fn the_time_can_be_given_to_a_scene_that_says_none() {
     let overrides = Overrides { at: Some(0.5), set: Vec::new() };
     assert_eq!(parse("x", "format = 1", Notation::Toml, &overrides).expect("a scene").scene.t, 0.5);
 }
 
+/// Protects: a parameter that the scene does not have is a usage error with a suggestion.
 #[test]
 fn a_parameter_that_the_scene_does_not_have_is_a_usage_error_with_a_suggestion() {
     let overrides = Overrides { at: None, set: vec![("Z".to_owned(), 1.0)] };
@@ -71,12 +76,14 @@ fn a_parameter_that_the_scene_does_not_have_is_a_usage_error_with_a_suggestion()
     assert!(error.to_string().contains("did you mean `z`?"), "{error}");
 }
 
+/// Protects: a parameter may not use a later one.
 #[test]
 fn a_parameter_may_not_use_a_later_one() {
     let error = toml("format = 1\n[parameters]\nb = \"a\"\na = 1").expect_err("a is not known yet");
     assert!(error.to_string().contains("unknown name `a`"), "{error}");
 }
 
+/// Protects: JSON says the same as TOML.
 #[test]
 fn json_says_the_same_as_toml() {
     let json = r#"{ "format": 1, "t": 2, "parameters": { "z": 3, "a": "z + t" }, "sky": null,

@@ -80,6 +80,7 @@ fn schema_accepts(text: &str) -> bool {
     accepts(&schema, &schema, &to_json(&tree(text, Notation::Toml).expect("valid TOML")))
 }
 
+/// Protects: the shipped scenes fit the schema.
 #[test]
 fn the_shipped_scenes_fit_the_schema() {
     for preset in presets::list() {
@@ -88,6 +89,7 @@ fn the_shipped_scenes_fit_the_schema() {
     assert!(schema_accepts(EVERYTHING));
 }
 
+/// Protects: any number may be an expression but the format.
 #[test]
 fn any_number_may_be_an_expression_but_the_format() {
     assert!(schema_accepts("format = 1\nt = \"pi\"\n[render]\nsize = [\"2 * 3\", 5]\nsamples = \"4\"\nseed = 0\nveil = \"0.1\""));
@@ -95,6 +97,7 @@ fn any_number_may_be_an_expression_but_the_format() {
     assert!(!schema_accepts("format = \"1\""));
 }
 
+/// Protects: what the loader refuses for its form the schema refuses.
 #[test]
 fn what_the_loader_refuses_for_its_form_the_schema_refuses() {
     let wrong = [

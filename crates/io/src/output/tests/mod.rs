@@ -35,7 +35,7 @@ fn decode(bytes: &[u8]) -> Result<StoredPicture, Error> {
     decode_picture(Path::new("test"), bytes, &Limits::default())
 }
 
-/// F08: every finite number, coverage and any layer name survive the OpenEXR file bit for bit, in one part.
+/// Protects: F08: every finite number, coverage and any layer name survive the OpenEXR file bit for bit, in one part.
 #[test]
 fn f08_exr_keeps_every_finite_number() {
     let mut picture = trouble();
@@ -60,7 +60,7 @@ fn f08_exr_keeps_every_finite_number() {
     assert_eq!(primaries, [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]], "Rec. 709, D65");
 }
 
-/// F08: an infinite colour becomes the largest number of its sign, a NaN stays one.
+/// Protects: F08: an infinite colour becomes the largest number of its sign, a NaN stays one.
 #[test]
 fn f08_exr_has_no_infinite_colour() {
     let mut picture = Picture::new(2, 1);
@@ -70,7 +70,7 @@ fn f08_exr_has_no_infinite_colour() {
     assert!(read.picture.rgb[0][2].is_nan());
 }
 
-/// The same picture gives the same file: no hash table's order, time or random number gets in.
+/// Protects: the same picture gives the same file: no hash table's order, time or random number gets in.
 #[test]
 fn files_are_reproducible() {
     let picture = trouble();
@@ -83,7 +83,7 @@ fn files_are_reproducible() {
     assert!(png() == png());
 }
 
-/// Both formats say where the picture comes from, in any language, and leave out what is not known.
+/// Protects: both formats say where the picture comes from, in any language, and leave out what is not known.
 #[test]
 fn metadata_are_kept() {
     let picture = trouble();
@@ -99,7 +99,7 @@ fn metadata_are_kept() {
     assert_eq!(decode(&png_bytes(&picture, Display::PLAIN, &bare).unwrap()).unwrap().texts.len(), 1);
 }
 
-/// A PNG holds exactly the codes of the display, straight coverage included, and declares the curve that made them.
+/// Protects: a PNG holds exactly the codes of the display, straight coverage included, and declares the curve that made them.
 #[test]
 fn png_holds_the_codes_of_the_display() {
     let mut picture = trouble();
@@ -127,7 +127,7 @@ fn png_holds_the_codes_of_the_display() {
     }
 }
 
-/// Writing through the file system: format by name, the final name only, and a folder that is not there said beforehand.
+/// Protects: writing through the file system: format by name, the final name only, and a folder that is not there said beforehand.
 #[test]
 fn pictures_are_written_by_name() {
     let folder = tempfile::tempdir().unwrap();
@@ -168,14 +168,14 @@ fn unnamed_pictures_make_way() {
     assert_eq!((std::fs::read(at("b.png")).unwrap(), at("b-2.png").exists(), width("b-3.png")), (b"mine".to_vec(), false, 3));
 }
 
-/// An interrupted render goes beside the final name, with the format's ending kept.
+/// Protects: an interrupted render goes beside the final name, with the format's ending kept.
 #[test]
 fn partial_names_keep_folder_and_ending() {
     assert_eq!(partial_name(Path::new("out/a.b.png")), Path::new("out/a.b.partial.png"));
     assert_eq!(partial_name(Path::new("a")), Path::new("a.partial"));
 }
 
-/// Pictures that cannot be a file are refused, not written wrongly.
+/// Protects: pictures that cannot be a file are refused, not written wrongly.
 #[test]
 fn impossible_pictures_are_refused() {
     for picture in [Picture::new(0, 4), Picture { rgb: Vec::new(), ..Picture::new(2, 2) }] {

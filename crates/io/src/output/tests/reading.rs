@@ -8,7 +8,7 @@ use ::exr::prelude::{
 use super::*;
 use crate::image_file::tests::crc32;
 
-/// 16-bit, grey, palette and coverage PNGs are read to the values they store.
+/// Protects: 16-bit, grey, palette and coverage PNGs are read to the values they store.
 #[test]
 fn other_kinds_of_png_are_read() {
     let encode = |colour, depth, data: &[u8], palette: Option<Vec<u8>>| {
@@ -47,7 +47,7 @@ fn halves() -> Vec<f16> {
     (0..1400_u16).map(|i| f16::from_f32(f32::from(i) / 64.0)).collect()
 }
 
-/// Half floats, whole numbers, grey alone, tiles and every lossless compression come out as the numbers that went in.
+/// Protects: half floats, whole numbers, grey alone, tiles and every lossless compression come out as the numbers that went in.
 #[test]
 fn other_kinds_of_exr_are_read() {
     let tiles = Blocks::Tiles(Vec2(16, 16));
@@ -70,8 +70,8 @@ fn other_kinds_of_exr_are_read() {
     assert_eq!((depth.has_colour, depth.picture.layers.len()), (false, 1));
 }
 
-/// A decoder that a damaged file can make abort is not entered at all, for pictures and for environments, and the message
-/// says what to do.
+/// Protects: a decoder that a damaged file can make abort is not entered at all, for pictures and for environments, and the message says
+/// what to do.
 #[test]
 fn dwa_compression_is_refused() {
     for compression in [Compression::DWAA(None), Compression::DWAB(None)] {
@@ -83,7 +83,7 @@ fn dwa_compression_is_refused() {
     }
 }
 
-/// Parts of a file keep their names, and parts of different sizes are refused.
+/// Protects: parts of a file keep their names, and parts of different sizes are refused.
 #[test]
 fn parts_are_told_apart() {
     let part = |name: &str, width: usize| {
@@ -107,7 +107,7 @@ fn smallvec_of<T>(value: T) -> SmallVec<[T; 4]> {
     std::iter::once(value).collect()
 }
 
-/// No truncation and no changed byte of a valid file makes the reader panic or take memory unasked.
+/// Protects: no truncation and no changed byte of a valid file makes the reader panic or take memory unasked.
 #[test]
 fn damaged_files_give_errors() {
     let mut picture = trouble();
@@ -130,7 +130,7 @@ fn damaged_files_give_errors() {
     assert_eq!(decode(b"").unwrap_err().kind(), ErrorKind::Input);
 }
 
-/// A small file that claims a large picture is refused before memory is taken, and limits are limits.
+/// Protects: a small file that claims a large picture is refused before memory is taken, and limits are limits.
 #[test]
 fn sizes_are_checked_before_memory_is_taken() {
     let bytes = png_bytes(&trouble(), Display::PLAIN, &Metadata::default()).unwrap();

@@ -15,8 +15,8 @@ fn reference(name: &str) -> Option<PathBuf> {
     None
 }
 
-/// The documented shader's own display picture comes out of its linear one, code for code; what is left are values on the
-/// border of two codes, which its single-precision power moved.
+/// Protects: the documented shader's own display picture comes out of its linear one, code for code; what is left are values on the border
+/// of two codes, which its single-precision power moved.
 #[test]
 fn reference_display_pictures_are_reproduced() {
     let Some(folder) = reference("whitted") else { return };
@@ -46,7 +46,7 @@ fn exact_display_value(x: f32) -> f64 {
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).clamp(0.0, 1.0).powf(1.0 / 2.2)
 }
 
-/// Every reference picture can be read, its colour or its named channels included.
+/// Protects: every reference picture can be read, its colour or its named channels included.
 #[test]
 fn every_reference_picture_is_read() {
     let Some(root) = reference("") else { return };
