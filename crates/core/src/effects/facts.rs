@@ -277,7 +277,7 @@ impl SceneFacts {
         let plain = textured || m.metallic.constant().is_none_or(|metallic| metallic < 1.0);
         let clear = m.may_transmit() && plain;
         // All of the light passes everywhere, so none is diffused.
-        let all_passes = m.transmission == 1.0.into() && m.transmission_texture.is_none();
+        let all_passes = m.may_transmit() && m.transmission == 1.0.into() && m.transmission_texture.is_none();
         note(&mut self.lit, true, || path.to_owned());
         note(&mut self.normal_map, m.bent_by().is_some(), || at("normal_texture"));
         note(&mut self.lit_physical, true, || path.to_owned());

@@ -46,6 +46,10 @@ impl<N: Number> Reflectance<N> {
         let rise = self.exact.map_or(schlick_weight(cosine), |ior| {
             N::of_lanes(|lane| {
                 let ior = N::exact_lane(ior, lane);
+                // Without an index, what reflects all keeps Schlick's way.
+                if ior <= 0.0 {
+                    return schlick_weight(cosine.lane(lane));
+                }
                 let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
                 (dielectric_in_air(cosine.lane(lane), ior) - f0) / (1.0 - f0)
             })

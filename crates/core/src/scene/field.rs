@@ -9,6 +9,8 @@ pub enum Bounds {
     Any,
     /// From the first number to the second one, in each channel.
     Within(f64, f64),
+    /// Zero, which has a meaning of its own, or from the first number to the second one.
+    ZeroOrWithin(f64, f64),
     /// Any number that can be worked with.
     Finite,
     /// A length above zero.

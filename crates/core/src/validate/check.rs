@@ -175,6 +175,13 @@ impl<'a> Check<'a> {
         }
     }
 
+    /// Zero, or a number within a range, both ends included.
+    pub fn zero_or_within(&mut self, key: &str, value: f64, least: f64, greatest: f64) {
+        if value != 0.0 && !(least..=greatest).contains(&value) {
+            self.value(key, format_args!("must be 0, or from {least} to {greatest}, not {value}"));
+        }
+    }
+
     /// A number within a range, both ends excluded.
     pub fn between(&mut self, key: &str, value: f64, low: f64, high: f64) {
         if !(value > low && value < high) {

@@ -111,6 +111,7 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
 fn bounded(check: &mut Check<'_>, constant: Option<ConstantValue>, bounds: Bounds) {
     match (constant, bounds) {
         (Some(ConstantValue::Number(number)), Bounds::Within(least, most)) => check.within("", number, least, most),
+        (Some(ConstantValue::Number(number)), Bounds::ZeroOrWithin(least, most)) => check.zero_or_within("", number, least, most),
         (Some(ConstantValue::Number(number)), Bounds::Finite) => check.finite("", number),
         (Some(ConstantValue::Number(number)), Bounds::Length) => check.length("", number),
         (Some(ConstantValue::Colour(Colour(channels))), Bounds::Within(least, most)) => {

@@ -240,7 +240,7 @@ fn materials_have_ranges_and_expressions_that_compile() {
             .contains("cannot have `reflection` too")
     );
     assert!(physical(Physical { roughness: (-0.1).into(), ..Physical::default() }).contains("`roughness` must be from 0 to 1"));
-    assert!(physical(Physical { ior: 0.5.into(), ..Physical::default() }).contains("`ior` must be from 1 to"));
+    assert!(physical(Physical { ior: 0.5.into(), ..Physical::default() }).contains("`ior` must be 0, or from 1 to"));
     assert!(physical(Physical { emission: Colour([-1.0; 3]).into(), ..Physical::default() }).contains("no negative part"));
 }
 

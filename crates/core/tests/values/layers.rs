@@ -3,6 +3,7 @@
 
 use raywright_core::effects::Status::{self, Absent, LeftOut, Simulated};
 use raywright_core::effects::{Effect, EffectSet, detect};
+use raywright_core::material::FresnelRule;
 use raywright_core::scene::{Integrator, Scene};
 use raywright_core::{Settings, prepare};
 use serde_json::{Value, json};
@@ -238,5 +239,38 @@ fn layers_in_every_precision() {
     let [robust, reference] = [PrecisionChoice::Robust, PrecisionChoice::Reference].map(seen);
     for k in 0..3 {
         assert!((robust[k] / reference[k] - 1.0).abs() < 2e-3, "{robust:?} {reference:?}");
+    }
+}
+
+/// Protects: an index of 0 reflects all at every angle, by either integrator's inputs and every rule but where `specular` or its colour take some away: of a
+/// black base nothing else comes, of a white one all the rest; and it lets nothing through, whatever transmission says.
+#[test]
+fn an_index_of_zero_reflects_all() {
+    let sky = json!({ "sky": { "constant": 1 } });
+    for fresnel in FresnelRule::ALL {
+        let sees = |terms: Value, view: View, expected: f64, what: &str| {
+            let mut all = json!({ "ior": 0, "base_colour": 0 });
+            terms.as_object().into_iter().flatten().for_each(|(key, value)| all[key] = value.clone());
+            let floor = floor(physical(all), sky.clone());
+            let (found, error) = mean(&floor, &Settings { fresnel, ..paths(&floor, view, 8) });
+            let off = (0..3).map(|k| (found[k] - expected).abs() - 3.5 * error[k]).fold(0.0, f64::max);
+            assert!(off <= 4e-3, "{what}, {fresnel:?}: {found:?} ± {error:?}, not {expected}");
+        };
+        for (view, name) in [(DOWN, "head-on"), (ASLANT, "aslant")] {
+            for roughness in [0.0, 0.4, 1.0] {
+                let what = format!("{name}, roughness {roughness}");
+                sees(json!({ "roughness": roughness }), view, 1.0, &what);
+                sees(
+                    json!({ "roughness": roughness, "transmission": 1, "thin_walled": true }),
+                    view,
+                    1.0,
+                    &format!("{what}, wall"),
+                );
+                sees(json!({ "roughness": roughness, "transmission": 1, "base_colour": 1 }), view, 1.0, &format!("{what}, body"));
+            }
+            sees(json!({ "roughness": 0, "specular": 0.5 }), view, 0.5, &format!("half, {name}"));
+        }
+        sees(json!({ "roughness": 0, "specular_colour": 0.5 }), DOWN, 0.5, "a colour of half");
+        sees(json!({ "roughness": 0, "specular": 0.25, "base_colour": 1 }), DOWN, 1.0, "a quarter over white");
     }
 }

@@ -68,7 +68,9 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn relative_index(&self, path: &mut PathState<R>, at: &Interaction<R>, here: &ShadingContext<'_, R>) -> f64 {
         if !self.bounds_glass(at.material) {
             let around = self.around(&path.media);
-            return self.index_of(path, Some(at.material), here) / self.index_of(path, around, here);
+            let [own, around] = [Some(at.material), around].map(|body| self.index_of(path, body, here));
+            // In what reflects all and has no index, as in air.
+            return if around > 0.0 { own / around } else { own };
         }
         let [near, far] = self.sides(&path.media, at).map(|media| self.around(&media));
         let [near, far] = [near, far].map(|body| self.index_of(path, body, here));

@@ -42,7 +42,7 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub mirrors: bool,
 }
 
-/// Index of refraction of a physical material, at least 1.
+/// Index of refraction of a physical material: at least 1, or 0 everywhere for what reflects all.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Index<R: Real> {
     /// The same everywhere.
@@ -55,7 +55,7 @@ pub(crate) enum Index<R: Real> {
 pub(crate) struct Boundary<R> {
     /// In f64, in which refraction is computed.
     pub ior: f64,
-    /// Reflectance at normal incidence, which f32 would lose digits of near index 1.
+    /// Reflectance at normal incidence, which f32 would lose digits of near index 1; 1 of the index 0.
     pub f0: R,
 }
 

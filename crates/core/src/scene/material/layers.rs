@@ -12,7 +12,7 @@ pub(super) const SHARE: Bounds = Within(0.0, 1.0);
 
 /// Least and greatest index of refraction.
 pub(super) const IOR: [f64; 2] = [1.0, 1e3];
-pub(super) const INDICES: Bounds = Within(IOR[0], IOR[1]);
+const INDICES: Bounds = Within(IOR[0], IOR[1]);
 
 file_struct! {
     /// A clear coat of index 1.5 over everything (KHR_materials_clearcoat).

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::super::field::Bounds::{Any, Finite, Length, Within};
 use super::super::field::{Bounds, Field, FieldValue, Fields, fields, file_struct};
 use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, early};
-use super::layers::{Anisotropy, Clearcoat, Conductor, DiffuseTransmission, INDICES, IOR, Iridescence, SHARE, Sheen};
+use super::layers::{Anisotropy, Clearcoat, Conductor, DiffuseTransmission, IOR, Iridescence, SHARE, Sheen};
 
 /// Hands the list of the model's fields to a macro, each as `key: Type = DEFAULT, BOUNDS, Effect;`, see [`file_struct`].
 macro_rules! physical_fields {
@@ -33,9 +33,10 @@ macro_rules! physical_fields {
             normal_texture: Option<TextureRef> = None, Any, NormalMaps;
             /// Factor of the image's red and green directions; 0: the surface is smooth.
             normal_scale: f64 = 1.0, Finite;
-            /// Index of refraction, from 1 to 1000; what varies is clamped to that where it is read.
+            /// Index of refraction, from 1 to 1000; what varies is clamped to that where it is read. 0: the dielectric part reflects all light at
+            /// every angle but what `specular` and its colour take away, and lets none through.
             #[serde(deserialize_with = "early")]
-            ior: NumberInput = 1.5.into(), INDICES;
+            ior: NumberInput = 1.5.into(), Bounds::ZeroOrWithin(IOR[0], IOR[1]);
             /// Share of light that passes through the surface instead of being diffused, 0 to 1; what varies is clamped to that.
             #[serde(deserialize_with = "early")]
             transmission: NumberInput = 0.0.into(), SHARE, Refraction;
@@ -112,7 +113,7 @@ impl Physical {
 
     /// Whether light may pass through it undiffused somewhere.
     pub fn may_transmit(&self) -> bool {
-        self.transmission != 0.0.into()
+        self.transmission != 0.0.into() && self.ior != 0.0.into()
     }
 
     /// Whether it bounds a body with a priority.
