@@ -37,6 +37,14 @@ pub(crate) struct Interaction<R: Real> {
     pub material: u32,
 }
 
+/// What the corners of a triangle carry, by their weights at a point of it. Rounding never leads beyond the corners: where all carry the same it is
+/// that everywhere, and an alpha at a mask's cutoff stays there.
+#[inline(always)]
+pub(crate) fn interpolate<R: Real>([a, b, c]: [R; 3], [wa, wb, wc]: [R; 3]) -> R {
+    let (least, most) = (Real::min(Real::min(a, b), c), Real::max(Real::max(a, b), c));
+    Real::clamp(a * wa + b * wb + c * wc, least, most)
+}
+
 /// What an expression may ask of the light that is weighed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beam<R: Real> {

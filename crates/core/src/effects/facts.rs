@@ -265,7 +265,7 @@ impl SceneFacts {
         m.fields().into_iter().for_each(|field| self.input(field.value, || at(&field.to_string())));
         note(&mut self.vertex_colours, m.vertex_colours, || at("vertex_colours"));
         note(&mut self.alpha, m.alpha != AlphaMode::Opaque, || at("alpha"));
-        note(&mut self.emission, m.emission != Colour::BLACK.into(), || at("emission"));
+        note(&mut self.emission, m.gives_off().is_some(), || at("emission"));
         note(&mut self.unlit, m.unlit, || at("unlit"));
         if m.unlit {
             return;

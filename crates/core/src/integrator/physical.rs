@@ -70,7 +70,8 @@ impl<R: Real> PhysicalInputs<R> {
             if self.vertex_colours { alpha * here.at.colour[3] } else { alpha }
         };
         match self.alpha {
-            AlphaMode::Mask { cutoff } if alpha() < R::from_f64(cutoff) => R::ZERO,
+            // In f32, which is what files hold: alpha at the cutoff is at it in every precision, from whichever of the two it was rounded.
+            AlphaMode::Mask { cutoff } if (alpha().to_f64() as f32) < cutoff as f32 => R::ZERO,
             AlphaMode::Opaque | AlphaMode::Mask { .. } => R::ONE,
             AlphaMode::Blend => Real::clamp(alpha(), R::ZERO, R::ONE),
         }

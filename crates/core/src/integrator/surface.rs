@@ -3,7 +3,7 @@
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::Kernel;
-use crate::interaction::Interaction;
+use crate::interaction::{Interaction, interpolate};
 use crate::material::reflecting_above;
 use crate::prepare::{ObjectRecord, Prepared};
 use crate::scene::MOST_UV_SETS;
@@ -165,7 +165,7 @@ impl<R: Real> Interaction<R> {
         }
         let uv = |set: usize| {
             let set = data.uvs.get(set).filter(|set| !set.is_empty())?;
-            let at = |k: usize| real(set[a][k]) * w + real(set[b][k]) * u + real(set[c][k]) * v;
+            let at = |k: usize| interpolate([a, b, c].map(|i| real(set[i][k])), [w, u, v]);
             Some([at(0), at(1)])
         };
         let mut sets = mesh.sets;
@@ -181,7 +181,7 @@ impl<R: Real> Interaction<R> {
             sets &= sets - 1;
         }
         if !data.colours.is_empty() {
-            let at = |k: usize| real(data.colours[a][k]) * w + real(data.colours[b][k]) * u + real(data.colours[c][k]) * v;
+            let at = |k: usize| interpolate([a, b, c].map(|i| real(data.colours[i][k])), [w, u, v]);
             self.colour = core::array::from_fn(at);
         }
     }

@@ -29,6 +29,9 @@ enum DeltaKind<R: Real> {
     Spot { position: R::Vec3, direction: R::Vec3, fade: Fade<R>, scale: R, offset: R },
 }
 
+/// Least way of the cosine across a spot's edge: below what f32 tells apart, and its inverse a number that f32 has.
+const NARROWEST_EDGE: f64 = 1e-12;
+
 /// How a light weakens with distance.
 #[derive(Clone, Copy, Debug)]
 struct Fade<R> {
@@ -67,9 +70,9 @@ impl<R: Real> DeltaLight<R> {
                 DeltaKind::Point { position: v(position), fade: Fade::new(falloff, range) }
             }
             LightKind::Spot { position, direction, inner_angle, outer_angle, falloff, range } => {
-                // The smooth edge of KHR_lights_punctual.
+                // The smooth edge of KHR_lights_punctual, hard where its angles are one.
                 let (inner, outer) = (libm::cos(inner_angle.to_radians()), libm::cos(outer_angle.to_radians()));
-                let scale = 1.0 / (inner - outer).max(1e-3);
+                let scale = 1.0 / (inner - outer).max(NARROWEST_EDGE);
                 DeltaKind::Spot {
                     position: v(position),
                     direction: unit(direction),
@@ -189,6 +192,33 @@ mod tests {
         let seen = point::<f32>(1e-6, None, 1e37).sample(Vec3::ZERO).expect("it shines");
         assert!(seen.arriving.is_finite() && seen.arriving.x >= 1e29, "{}", seen.arriving);
         assert!(point::<f32>(0.0, None, 1.0).sample(Vec3::ZERO).is_none(), "at the light itself");
+    }
+
+    /// Protects: a spot whose two angles are one, or nearly, has a hard edge there, however narrow or wide it is, and is full inside.
+    #[test]
+    fn the_edge_of_a_spot_may_be_hard() {
+        fn hard<R: Real>() {
+            for outer_angle in [0.5, 1.0, 22.5, 60.0, 90.0_f64] {
+                for inner_angle in [outer_angle, 0.999 * outer_angle] {
+                    let (falloff, direction) = (Falloff::None, [0.0, -1.0, 0.0]);
+                    let kind = LightKind::Spot { position: [0.0; 3], direction, inner_angle, outer_angle, falloff, range: None };
+                    let seen = |degrees: f64| {
+                        let angle = degrees.to_radians();
+                        let at = R::Vec3::from_f64(DVec3::new(libm::sin(angle), -libm::cos(angle), 0.0));
+                        light::<R>(kind, 1.0).sample(at).map_or(0.0, |seen| seen.arriving.to_f64().x)
+                    };
+                    assert!(
+                        (seen(0.99 * outer_angle) - 1.0).abs() < 1e-6,
+                        "{inner_angle} to {outer_angle}: {}",
+                        seen(0.99 * outer_angle)
+                    );
+                    assert!((seen(0.0) - 1.0).abs() < 1e-6, "{inner_angle} to {outer_angle}: {}", seen(0.0));
+                    assert_eq!(seen(1.01 * outer_angle), 0.0, "{inner_angle} to {outer_angle}");
+                }
+            }
+        }
+        hard::<f32>();
+        hard::<f64>();
     }
 
     /// Protects: the edge of a spot, against values by hand: the square of the share of the way between the cosines.

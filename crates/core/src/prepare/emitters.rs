@@ -7,7 +7,7 @@ use raywright_bvh::{PrimitiveSet, Real, Side, Surface, Vector, Visibility};
 use super::error::{PrepareError, go_on};
 use super::geometry::{BLOCK, side_of, triangles};
 use crate::generate::{all, counted};
-use crate::interaction::Interaction;
+use crate::interaction::{Interaction, interpolate};
 use crate::light::{EmissionEstimate, EmitterList};
 use crate::lookup::Lookup;
 use crate::observer::Observer;
@@ -266,10 +266,7 @@ fn on_triangle<R: Real>(
     let (b, c) = if flipped { (c, b) } else { (b, c) };
     // As the point itself is drawn.
     let weights = [root * (one - v), one - root, root * v];
-    let of = |values: [f32; 3]| {
-        let [x, y, z] = values.map(R::from_f32);
-        x * weights[0] + y * weights[1] + z * weights[2]
-    };
+    let of = |values: [f32; 3]| interpolate(values.map(R::from_f32), weights);
     let uv = core::array::from_fn(|set| {
         let read =
             |k: usize| data.uvs.get(set).filter(|set| !set.is_empty()).map_or(R::ZERO, |uvs| of([a, b, c].map(|i| uvs[i][k])));

@@ -58,7 +58,7 @@ pub enum LightKind {
         direction: Triple,
         /// Half-angle in degrees within which it is at full strength.
         inner_angle: f64,
-        /// Half-angle in degrees beyond which it is dark; above the inner one, at most 90.
+        /// Half-angle in degrees beyond which it is dark; above 0, not below the inner one, at most 90. Equal to it: a hard edge.
         outer_angle: f64,
         /// How it weakens with distance.
         #[serde(default)]

@@ -29,7 +29,7 @@ impl Material {
     pub fn emits(&self) -> bool {
         match &self.model {
             Model::Classic(m) => m.emission.as_ref().is_some_and(|e| *e != ColourInput::Constant(Colour::BLACK)),
-            Model::Physical(m) => m.emission != Colour::BLACK.into(),
+            Model::Physical(m) => m.gives_off().is_some(),
         }
     }
 
@@ -37,7 +37,7 @@ impl Material {
     pub fn even_emission(&self) -> Option<Colour> {
         let emission = match &self.model {
             Model::Classic(m) => m.emission.as_ref(),
-            Model::Physical(m) => Some(&m.emission).filter(|_| m.emission_texture.is_none()),
+            Model::Physical(m) => m.gives_off().filter(|_| m.emission_texture.is_none()),
         };
         emission.and_then(ColourInput::constant).filter(|emission| *emission != Colour::BLACK)
     }

@@ -202,7 +202,9 @@ pub(super) fn texel<R: Real>(image: &ImageData, codes: &Codes<R>, srgb: bool, at
 #[inline(always)]
 fn blend<R: Real>([ar, ag, ab, aa]: [R; 4], [br, bg, bb, ba]: [R; 4], weight: R) -> [R; 4] {
     let one = |a: R, b: R| a * (R::ONE - weight) + b * weight;
-    [one(ar, br), one(ag, bg), one(ab, bb), one(aa, ba)]
+    // A mask asks on which side of its cutoff alpha lies: between two texels it is never beyond both.
+    let alpha = Real::clamp(one(aa, ba), Real::min(aa, ba), Real::max(aa, ba));
+    [one(ar, br), one(ag, bg), one(ab, bb), alpha]
 }
 
 /// A coordinate in texels. Whole turns of a repeating image are removed first, so that large tile counts keep their

@@ -14,10 +14,10 @@ const SHORTEST_DIRECTION: f64 = 1e-100;
 const LONGEST_DIRECTION: f64 = 1e100;
 
 /// Greatest absolute value of a number that is no length, such as a radiance: its sums must fit the renderer's f32.
-pub(crate) const GREATEST: f64 = 1e30;
+pub const GREATEST: f64 = 1e30;
 
 /// Greatest intensity of a light that weakens with the square of the distance: a million at [`FARTHEST`], and within f32.
-const GREATEST_INTENSITY: f64 = 1e37;
+pub const GREATEST_INTENSITY: f64 = 1e37;
 
 /// Names that are compared with unknown ones for "did you mean", about a second's worth: a hundred unknown names against as
 /// many as a scene may have would take minutes.

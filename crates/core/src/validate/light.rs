@@ -25,8 +25,10 @@ pub(super) fn light(check: &mut Check<'_>, light: &Light) {
             check.within("inner_angle", inner_angle, 0.0, 90.0);
             check.inside("outer_angle", |check| {
                 check.within("", outer_angle, 0.0, 90.0);
-                if outer_angle <= inner_angle {
-                    check.report(format!("`outer_angle` must be above `inner_angle`, which is {inner_angle}"));
+                if outer_angle < inner_angle {
+                    check.report(format!("`outer_angle` must not be below `inner_angle`, which is {inner_angle}"));
+                } else if outer_angle == 0.0 {
+                    check.report("`outer_angle` must be above 0: such a cone is shut");
                 }
             });
             reach(check, range);

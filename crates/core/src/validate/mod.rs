@@ -15,7 +15,8 @@ mod transform;
 
 use std::ops::Range;
 
-pub(crate) use check::{GREATEST, list};
+pub(crate) use check::list;
+pub use check::{GREATEST, GREATEST_INTENSITY};
 pub use mesh::{mesh_data, missing_uv_sets};
 pub(crate) use object::no_area;
 

@@ -185,7 +185,8 @@ fn lights_and_skies_are_sensible() {
         light(LightKind::Point { position: HERE, falloff: Falloff::None, range: Some(0.0) })
             .contains("`range` must be above zero")
     );
-    assert!(spot(30.0, 30.0).contains("`outer_angle` must be above `inner_angle`"));
+    assert!(spot(30.0, 29.0).contains("`outer_angle` must not be below `inner_angle`"));
+    assert!(spot(0.0, 0.0).contains("`outer_angle` must be above 0"));
     assert!(spot(30.0, 91.0).contains("`outer_angle` must be from 0 to 90"));
     assert!(one(|s| s.lights[0].colour.0[2] = -1.0).contains("must have no negative part"));
     let checker = CheckerInput { checker: Checker { even: Colour::BLACK, odd: Colour::WHITE, size: 1.0 } };

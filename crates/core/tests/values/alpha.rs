@@ -1,11 +1,11 @@
 //! Surfaces that are only partly there, in camera rays; `shadows` has them in the way of light.
 
-use raywright_core::scene::{Pattern, Pinhole, Projection};
+use raywright_core::scene::{ImageData, Pattern, Pinhole, Pixels, Projection};
 use raywright_core::settings::{Background, Sampling};
 use raywright_core::{Scene, Settings};
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, floor, near, physical, pixel, rendered, sees, settings};
+use crate::support::{DOWN, PRECISIONS, floor, near, physical, pixel, rendered, sees, settings};
 
 /// A disk at height 1 of an unlit material above an unlit blue floor.
 fn above_blue(terms: Value, count: usize) -> Scene {
@@ -52,6 +52,42 @@ fn masks_are_there_or_not() {
     let mask = |opacity: f64| above_blue(json!({ "opacity": opacity, "alpha": { "mask": { "cutoff": 0.5 } } }), 1);
     sees(&mask(0.5), DOWN, [1.0, 0.5, 0.0]);
     sees(&mask(0.49), DOWN, [0.0, 0.0, 1.0]);
+}
+
+/// Protects: alpha at a mask's cutoff is there at every point, by each way to say it and in every precision: what corners or texels around a
+/// point share is what the point has. Above a cutoff of one, as below any, nothing is.
+#[test]
+fn masks_at_their_cutoff_are_whole() {
+    let share = |cutoff: f64, alphas: [f64; 3], textured: bool| {
+        let colours: Vec<[f64; 4]> = alphas.iter().map(|&alpha| [1.0, 1.0, 1.0, alpha]).collect();
+        let texture = if textured { json!({ "name": "even" }) } else { Value::Null };
+        let data = json!({ "positions": [[-9, -7, 0], [11, -8, 0], [0.7, 13, 0]], "indices": [[0, 1, 2]], "colours": colours,
+            "uvs": [[[0, 0], [7.3, 0.1], [0.4, 5.7]]] });
+        let model = json!({ "unlit": true, "vertex_colours": !textured, "alpha": { "mask": { "cutoff": cutoff } }, "base_colour_texture": texture });
+        let mut scene = crate::support::scene(json!({ "meshes": [{ "name": "leaf", "source": { "inline": data } }],
+            "images": [{ "name": "even", "path": "even.png" }], "textures": [{ "name": "even", "image": "even" }],
+            "objects": [{ "shape": { "mesh": "leaf" }, "material": "leaf" }], "materials": [{ "name": "leaf", "model": physical(model) }] }));
+        let code = [255, 255, 255, (alphas[0] * 255.0).round() as u8];
+        let image = ImageData { width: 3, height: 2, pixels: Pixels::Codes(vec![code; 6]) };
+        scene.images[0].data = Some(std::sync::Arc::new(image));
+        PRECISIONS.map(|(precision, _)| {
+            let view = settings(&scene, [[0.0, 0.0, 9.0], [0.0; 3]]);
+            let seen = rendered(&scene, &Settings { precision, size: [48, 48], ..view }).picture.rgb;
+            seen.iter().filter(|pixel| pixel[0] > 0.5).count() as f64 / seen.len() as f64
+        })
+    };
+    for cutoff in [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0] {
+        assert_eq!(share(cutoff, [cutoff; 3], false), [1.0; 2], "corners at {cutoff}");
+        assert_eq!(share(cutoff, [cutoff, 1.0, cutoff], false), [1.0; 2], "corners from {cutoff} on");
+    }
+    for code in [1, 51, 77, 102, 128, 200, 255] {
+        let cutoff = f64::from(code) / 255.0;
+        assert_eq!(share(cutoff, [cutoff; 3], true), [1.0; 2], "texels at {cutoff}");
+    }
+    for cutoff in [1.0 + 1e-6, 1.5, 2.0, 1e30] {
+        assert_eq!(share(cutoff, [1.0; 3], false), [0.0; 2], "corners below {cutoff}");
+        assert_eq!(share(cutoff, [1.0; 3], true), [0.0; 2], "texels below {cutoff}");
+    }
 }
 
 /// Protects: what is absent costs no segment, what is half there costs one.

@@ -148,7 +148,7 @@ fn physical_terms() {
             json!({ "unlit": true }),
             &[("unlit surfaces", Simulated), ("sky light", Absent), ("indirect light", Absent), ("glossy reflection", Absent)],
         ),
-        (json!({ "unlit": true, "emission": 1 }), &[("emission", Simulated), ("soft shadows", Absent)]),
+        (json!({ "unlit": true, "emission": 1 }), &[("emission", Absent), ("soft shadows", Absent)]),
         (json!({ "vertex_colours": true }), &[("vertex colours", Simulated)]),
         (json!({ "base_colour": "p" }), &[("procedural textures", Simulated)]),
     ] {

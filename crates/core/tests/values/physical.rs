@@ -11,7 +11,7 @@ use raywright_core::settings::{Microfacets, PrecisionChoice};
 use raywright_core::{Scene, Settings, prepare};
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, SLANTED, Surface, View, ball, floor, near, physical, pixel, sees, sees_within, settings};
+use crate::support::{DOWN, SLANTED, Surface, View, ball, floor, near, physical, pixel, rendered, sees, sees_within, settings};
 
 /// A floor of a physical material under directional light of irradiance π.
 fn lit(terms: Value, to_light: [f64; 3]) -> raywright_core::Scene {
@@ -221,7 +221,7 @@ fn shadows_dim_physical_surfaces() {
     sees(&dull(false), SLANTED, lit);
 }
 
-/// Protects: emission is added to whatever else there is, and an unlit surface shows its base colour and that alone.
+/// Protects: emission is added to whatever else there is, and an unlit surface shows its base colour and nothing else.
 #[test]
 fn emission_and_unlit_surfaces() {
     sees(
@@ -229,5 +229,54 @@ fn emission_and_unlit_surfaces() {
         DOWN,
         [3.0, 2.0, 1.0].map(|glow| glow + 0.01 + below(0.5, 1.0, 0.04)),
     );
-    sees(&lit(json!({ "base_colour": [0.5, 0.25, 2], "unlit": true, "emission": [3, 2, 1] }), UP), DOWN, [3.5, 2.25, 3.0]);
+    sees(&lit(json!({ "base_colour": [0.5, 0.25, 2], "unlit": true, "emission": [3, 2, 1] }), UP), DOWN, [0.5, 0.25, 2.0]);
+}
+
+/// Protects: nothing that an unlit material says besides base colour and alpha changes any bit of a picture (KHR_materials_unlit): it lights
+/// nothing, lets nothing through and casts the same shadow, by either integrator.
+#[test]
+fn unlit_surfaces_are_their_base_colour_alone() {
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let picture = |terms: Value| {
+            let mut all = json!({ "base_colour": [0, 0, 1], "unlit": true });
+            terms.as_object().into_iter().flatten().for_each(|(key, value)| all[key] = value.clone());
+            let light = json!({ "kind": { "point": { "position": [0.5, 4, 0] } }, "colour": 30 });
+            let ball = ball([0.0, 1.0, 0.0], 0.5, "unlit");
+            let scene = floor(
+                physical(json!({ "base_colour": 0.8 })),
+                json!({ "lights": [light], "materials": [{ "name": "unlit", "model": physical(all) }], "objects": [ball] }),
+            );
+            let view = settings(&scene, [[3.0, 4.0, 0.0], [0.0, 0.5, 0.0]]);
+            let sampling = raywright_core::settings::Sampling::General(16);
+            rendered(&scene, &Settings { size: [12, 12], integrator, sampling, precision: PrecisionChoice::Robust, ..view })
+                .picture
+                .rgb
+        };
+        let plain = picture(json!({}));
+        assert!(plain.contains(&[0.0, 0.0, 1.0]), "the ball is seen");
+        for (key, value) in [
+            ("emission", json!([4, 0, 0])),
+            ("metallic", json!(1)),
+            ("roughness", json!(0)),
+            ("normal_scale", json!(3)),
+            ("ior", json!(2)),
+            ("ior", json!(0)),
+            ("transmission", json!(1)),
+            ("specular", json!(0.5)),
+            ("specular_colour", json!([9, 0, 0])),
+            ("dispersion", json!(5)),
+            ("conductor", json!({ "n": 2, "k": 3 })),
+            ("diffuse_transmission", json!({ "factor": 1 })),
+            ("anisotropy", json!({ "strength": 1 })),
+            ("iridescence", json!({ "factor": 1 })),
+            ("sheen", json!({ "colour": 1 })),
+            ("clearcoat", json!({ "factor": 1 })),
+        ] {
+            assert!(picture(json!({ key: value })) == plain, "{key} by {integrator:?}");
+        }
+        for (key, value) in [("thin_walled", json!(true)), ("priority", json!(3)), ("attenuation_distance", json!(0.1))] {
+            let terms = json!({ key: value, "transmission": 1, "attenuation_colour": 0.5, "emission": 1, "roughness": 0 });
+            assert!(picture(terms) == plain, "{key} by {integrator:?}");
+        }
+    }
 }

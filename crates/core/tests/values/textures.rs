@@ -106,7 +106,8 @@ fn textures_of_physical_materials() {
     let at = |row: f64| json!({ "name": "ramp", "uv": [0.6, row], "factor": [1, 1, 2] });
     sees(&unlit(json!({ "base_colour_texture": at(0.4) })), AT, [0.5, 0.25, 0.5]);
     sees(&unlit(json!({ "base_colour_texture": at(0.9), "alpha": "blend", "opacity": 0.5 })), AT, [0.125, 0.1875, 0.125]);
-    sees(&unlit(json!({ "emission": [3, 4, 5], "emission_texture": at(0.4) })), AT, [0.5 + 3.0, 1.0 + 1.0, 0.25 + 10.0]);
+    let dark = json!({ "base_colour": 0, "ior": 1, "emission": [3, 4, 5], "emission_texture": at(0.4) });
+    sees(&leaf(physical(dark), true), AT, [3.0, 1.0, 10.0]);
     // Roughness 1 · 0.5 and metalness 0.5 · 1 at normal incidence: see `physical`.
     let terms =
         json!({ "base_colour": 0.5, "metallic": 0.5, "metallic_roughness_texture": { "name": "ramp", "uv": [0.6, 0.6] } });
@@ -149,12 +150,13 @@ fn textures_of_transmission() {
 #[test]
 fn every_input_reads_its_own_texture() {
     let at = |row: f64| json!({ "name": "ramp", "uv": [0.6, row] });
-    let both = |emission: Value, expected: [f64; 3]| {
-        let terms = json!({ "unlit": true, "base_colour_texture": at(0.4), "emission": 1, "emission_texture": emission });
-        sees(&leaf(physical(terms), true), AT, expected);
+    let lit = Surface { base: [1.0, 0.25, 1.0], metallic: 0.0, roughness: 1.0, f0: 0.0 }.sends([DVec3::Z; 3], true);
+    let both = |emission: Value, glow: [f64; 3]| {
+        let terms = json!({ "ior": 1, "base_colour_texture": at(0.4), "emission": 1, "emission_texture": emission });
+        sees(&leaf(physical(terms), true), AT, core::array::from_fn(|k| lit[k] / core::f64::consts::PI + glow[k]));
     };
-    both(json!({ "name": "linear" }), [1.0 + 0.2, 0.25 + 0.4, 1.0 + 1.0]);
-    both(at(0.9), [1.0 + 1.0, 0.25 + 0.75, 1.0 + 1.0]);
+    both(json!({ "name": "linear" }), [0.2, 0.4, 1.0]);
+    both(at(0.9), [1.0, 0.75, 1.0]);
 }
 
 /// Protects: where an image is missing the factor alone counts.

@@ -7,7 +7,7 @@ use super::super::inputs::Compiler;
 use super::layered::{Context, layered};
 use super::prepared;
 use crate::effects::Effect;
-use crate::scene::{AlphaMode, Channel, Colour, Physical as PhysicalData};
+use crate::scene::{AlphaMode, Channel, Physical as PhysicalData};
 use crate::texture::{Bump, Product};
 
 /// The metallic-roughness model.
@@ -108,8 +108,7 @@ pub(super) fn physical<R: Real>(
     let image = inputs.image(&m.metallic_roughness_texture, "metallic_roughness_texture")?;
     let roughness = inputs.product(&m.roughness, image.map(|image| image.channel(Channel::Green)), "roughness")?;
     let metallic = inputs.product(&m.metallic, image.map(|image| image.channel(Channel::Blue)), "metallic")?;
-    let emission = Some(&m.emission).filter(|&emission| *emission != Colour::BLACK.into());
-    let emission = prepared(emission, |emission| inputs.factor(emission, &m.emission_texture, "emission"))?;
+    let emission = prepared(m.gives_off(), |emission| inputs.factor(emission, &m.emission_texture, "emission"))?;
     let index = match m.ior.constant() {
         Some(ior) => Index::Even(Boundary::new(ior)),
         None => Index::Varying(inputs.factor(&m.ior, &None, "ior")?),

@@ -111,19 +111,24 @@ impl Physical {
         self.normal_texture.as_ref().filter(|_| self.normal_scale != 0.0 && !self.unlit)
     }
 
+    /// What it gives off; none where it is nothing. What is unlit shows its base colour alone (KHR_materials_unlit).
+    pub fn gives_off(&self) -> Option<&ColourInput> {
+        Some(&self.emission).filter(|emission| **emission != Colour::BLACK.into() && !self.unlit)
+    }
+
     /// Whether light may pass through it undiffused somewhere.
     pub fn may_transmit(&self) -> bool {
-        self.transmission != 0.0.into() && self.ior != 0.0.into()
+        self.transmission != 0.0.into() && self.ior != 0.0.into() && !self.unlit
     }
 
     /// Whether it bounds a body with a priority.
     pub fn is_nested(&self) -> bool {
-        self.priority > 0 && self.may_transmit() && !self.thin_walled && !self.unlit
+        self.priority > 0 && self.may_transmit() && !self.thin_walled
     }
 
     /// Whether light may be diffused to its other side somewhere.
     pub fn may_diffuse_through(&self) -> bool {
-        self.diffuse_transmission.as_ref().is_some_and(|layer| layer.factor != 0.0.into())
+        self.diffuse_transmission.as_ref().is_some_and(|layer| layer.factor != 0.0.into() && !self.unlit)
     }
 
     /// Whether what its dielectric part reflects is not what its index says.
@@ -188,7 +193,7 @@ pub enum AlphaMode {
     Opaque,
     /// The surface is absent where alpha is below the cutoff.
     Mask {
-        /// Cutoff, 0 to 1.
+        /// Cutoff, 0 to 1; above it, nothing is there.
         cutoff: f64,
     },
     /// The surface covers what is behind it by alpha.
