@@ -107,6 +107,11 @@ pub(crate) fn shown(text: &str) -> String {
     text.chars().take(MOST).map(clean).chain(more).collect()
 }
 
+/// A number of a file as messages show it: without a row of zeros.
+pub(crate) fn number(value: f64) -> String {
+    if value == 0.0 || (1e-6..1e6).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
+}
+
 /// Warnings, each said once and not more than a reader can take in.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
@@ -128,6 +133,17 @@ impl Warnings {
         } else {
             self.left_out += 1;
         }
+    }
+
+    /// A number of a file within what can be worked with, with a warning where it lies outside.
+    pub fn clamped(&mut self, value: f64, [least, most]: [f64; 2], place: &str, what: &str) -> f64 {
+        if (least..=most).contains(&value) {
+            return value;
+        }
+        let clamped = if value.is_nan() { least } else { value.clamp(least, most) };
+        let [said, least, most, taken] = [value, least, most, clamped].map(number);
+        self.add(format!("{place}: {what} {said} is outside {least} to {most}; {taken} was taken"));
+        clamped
     }
 
     /// The list for the user.

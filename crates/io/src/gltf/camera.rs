@@ -1,10 +1,11 @@
 //! Cameras of a glTF file, placed by the nodes that carry them.
 
 use raywright_core::scene::{Camera, Pinhole, Pose, Projection};
+use raywright_core::validate::{FARTHEST, SMALLEST};
 
 use super::entries::Camera as Source;
 use super::nodes::Placed;
-use crate::import::Warnings;
+use crate::import::{Warnings, number};
 
 /// A camera as the scene wants it, or none with a warning when its numbers make no view.
 ///
@@ -24,8 +25,8 @@ pub(super) fn convert(camera: &Source, index: usize, name: String, placed: &Plac
         }
         ("orthographic", _, Some(view)) => {
             let height = 2.0 * f64::from(view.ymag).abs();
-            if !(height > 0.0 && height.is_finite()) {
-                return skip(&format!("its ymag of {} gives no view", view.ymag));
+            if !(SMALLEST..=FARTHEST).contains(&height) {
+                return skip(&format!("its ymag of {} gives no view", number(view.ymag.into())));
             }
             Projection::Orthographic { height }
         }

@@ -11,8 +11,9 @@ use serde::Deserialize;
 use super::entries::{
     Accessor, Animation, Buffer, Camera, Image, Material, Mesh, Node, RootExtensions, Sampler, SceneEntry, Skin, Texture, View,
 };
+use super::json;
 use crate::Limits;
-use crate::import::{Fault, Outcome, Warnings};
+use crate::import::{Fault, Outcome, Warnings, ask_system};
 
 /// What of a glTF file is read.
 #[derive(Debug, Default, Deserialize)]
@@ -99,6 +100,19 @@ pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Ou
     if values(text) > most {
         return Err(Fault::limit(format!("has more than {most} JSON values")));
     }
+    match typed(text, warnings) {
+        Ok(document) => Ok(document),
+        Err(fault) => {
+            ask_system(text.len() as u64)?;
+            let Some(rewritten) = json::rewritten(text) else { return Err(fault) };
+            rewritten.warning().into_iter().for_each(|warning| warnings.add(warning));
+            typed(&rewritten.text, warnings)
+        }
+    }
+}
+
+/// The text as typed data, if it is written as that takes it.
+fn typed(text: &[u8], warnings: &mut Warnings) -> Outcome<Document> {
     let mut json = serde_json::Deserializer::from_slice(text);
     let document: Result<Document, _> = serde_path_to_error::deserialize(&mut json);
     // What another version or an extension makes of the rest need not have these types.

@@ -3,11 +3,12 @@
 use raywright_core::scene::{
     Anisotropy, Channel, Clearcoat, Colour, DiffuseTransmission, Iridescence, Physical, Sheen, TextureRef,
 };
+use raywright_core::validate::{FARTHEST, SMALLEST};
 
 use super::Import;
 use super::entries::{MaterialExtensions, TextureUse};
 use super::texture::Use;
-use crate::import::Outcome;
+use crate::import::{Outcome, number};
 
 impl Import<'_> {
     /// Adds what a material's extensions say.
@@ -19,7 +20,7 @@ impl Import<'_> {
         self.iridescence(extensions, label, out)?;
         self.diffuse_transmission(extensions, label, out)?;
         if let Some(data) = &extensions.dispersion {
-            out.dispersion = self.at_most(data.dispersion, 400.0, label, "dispersion");
+            out.dispersion = self.warnings.clamped(data.dispersion, [0.0, 400.0], label, "dispersion");
         }
         self.volume(extensions, label, out);
         Ok(())
@@ -32,18 +33,21 @@ impl Import<'_> {
         let Some(volume) = body else { return };
         out.attenuation_colour = Colour(volume.attenuation_color.map(|c| self.unit(c, label, "attenuationColor")));
         // Nothing is said by a distance without end.
-        out.attenuation_distance = volume.attenuation_distance.filter(|distance| *distance < 1e30);
-        if let Some(distance) = out.attenuation_distance.filter(|distance| distance.is_nan() || *distance < 1e-20) {
-            self.warnings.add(format!("{label}: an attenuationDistance of {distance} makes no sense; nothing is absorbed"));
-            out.attenuation_distance = None;
+        let distance = volume.attenuation_distance.filter(|distance| *distance <= FARTHEST);
+        if let Some(distance) = distance.filter(|distance| *distance <= 0.0) {
+            self.warnings
+                .add(format!("{label}: an attenuationDistance of {} makes no sense; nothing is absorbed", number(distance)));
+            return;
         }
+        out.attenuation_distance =
+            distance.map(|distance| self.warnings.clamped(distance, [SMALLEST, FARTHEST], label, "attenuationDistance"));
     }
 
     fn specular(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) -> Outcome<()> {
         let Some(data) = &extensions.specular else { return Ok(()) };
         out.specular = self.unit(data.specular_factor, label, "specularFactor").into();
         out.specular_texture = self.channel(data.specular_texture.as_ref(), Channel::Alpha)?;
-        let colour = data.specular_color_factor.map(|c| self.at_most(c, 1e6, label, "specularColorFactor"));
+        let colour = data.specular_color_factor.map(|c| self.warnings.clamped(c, [0.0, 1e6], label, "specularColorFactor"));
         out.specular_colour = Colour(colour).into();
         out.specular_colour_texture = self.texture(data.specular_color_texture.as_ref(), Use::Colour)?;
         Ok(())
@@ -60,7 +64,7 @@ impl Import<'_> {
             factor_texture: self.channel(data.clearcoat_texture.as_ref(), Channel::Red)?,
             roughness: self.unit(data.clearcoat_roughness_factor, label, "clearcoatRoughnessFactor").into(),
             roughness_texture: self.channel(data.clearcoat_roughness_texture.as_ref(), Channel::Green)?,
-            normal_scale: data.clearcoat_normal_texture.as_ref().map_or(1.0, |normal| f64::from(normal.scale)),
+            normal_scale: self.normal_scale(data.clearcoat_normal_texture.as_ref(), label, "clearcoatNormalTexture.scale"),
             normal_texture: self.texture(data.clearcoat_normal_texture.as_ref(), Use::Data)?,
         });
         Ok(())
@@ -87,10 +91,11 @@ impl Import<'_> {
         if strength == 0.0 {
             return Ok(());
         }
-        let rotation = data.anisotropy_rotation.to_degrees();
+        // Whole turns say nothing.
+        let rotation = (data.anisotropy_rotation % core::f64::consts::TAU).to_degrees();
         out.anisotropy = Some(Anisotropy {
             strength: strength.into(),
-            rotation: if rotation.abs() < 1e9 { rotation } else { 0.0 },
+            rotation,
             texture: self.texture(data.anisotropy_texture.as_ref(), Use::Data)?,
         });
         Ok(())
@@ -105,9 +110,12 @@ impl Import<'_> {
         out.iridescence = Some(Iridescence {
             factor: factor.into(),
             factor_texture: self.channel(data.iridescence_texture.as_ref(), Channel::Red)?,
-            ior: self.ior(data.iridescence_ior, label).min(Physical::IOR[1]),
-            thickness: self.at_most(data.iridescence_thickness_maximum, 1e6, label, "iridescenceThicknessMaximum").into(),
-            thinnest: self.at_most(data.iridescence_thickness_minimum, 1e6, label, "iridescenceThicknessMinimum"),
+            ior: self.warnings.clamped(data.iridescence_ior, Physical::IOR, label, "iridescenceIor"),
+            thickness: self
+                .warnings
+                .clamped(data.iridescence_thickness_maximum, [0.0, 1e6], label, "iridescenceThicknessMaximum")
+                .into(),
+            thinnest: self.warnings.clamped(data.iridescence_thickness_minimum, [0.0, 1e6], label, "iridescenceThicknessMinimum"),
             thickness_texture: self.channel(data.iridescence_thickness_texture.as_ref(), Channel::Green)?,
         });
         Ok(())
@@ -133,15 +141,5 @@ impl Import<'_> {
     fn channel(&mut self, info: Option<&TextureUse>, channel: Channel) -> Outcome<Option<TextureRef>> {
         let texture = self.texture(info, Use::Data)?;
         Ok(texture.map(|texture| TextureRef { channel: Some(channel), ..texture }))
-    }
-
-    /// A number from zero to the greatest that is taken.
-    fn at_most(&mut self, value: f64, most: f64, label: &str, what: &str) -> f64 {
-        if (0.0..=most).contains(&value) {
-            return value;
-        }
-        let clamped = if value.is_nan() { 0.0 } else { value.clamp(0.0, most) };
-        self.warnings.add(format!("{label}: {what} {value} is outside 0 to {most}; {clamped} was taken"));
-        clamped
     }
 }

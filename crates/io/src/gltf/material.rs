@@ -1,13 +1,17 @@
 //! Materials of a glTF file as physical materials.
 
 use raywright_core::scene::{AlphaMode, Colour, Fields, Material, Model, Physical, Unread};
+use raywright_core::validate::GREATEST;
 
 use super::Import;
 use super::buffers::absent;
-use super::entries::Material as Source;
+use super::entries::{Material as Source, TextureUse};
 use super::extensions;
 use super::texture::Use;
-use crate::import::{Outcome, shown};
+use crate::import::{Outcome, number, shown};
+
+/// Greatest factor of a normal map's directions.
+const MOST_NORMAL_SCALE: f64 = 1e6;
 
 /// A material of the scene, and what its users must know of it.
 #[derive(Clone, Debug)]
@@ -72,7 +76,7 @@ impl Import<'_> {
             roughness: self.unit(pbr.roughness_factor.into(), label, "roughnessFactor").into(),
             metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Use::Data)?,
             normal_texture: self.texture(source.normal_texture.as_ref(), Use::Data)?,
-            normal_scale: source.normal_texture.as_ref().map_or(1.0, |normal| f64::from(normal.scale)),
+            normal_scale: self.normal_scale(source.normal_texture.as_ref(), label, "normalTexture.scale"),
             emission: self.emission(source, label).into(),
             emission_texture: self.texture(source.emissive_texture.as_ref(), Use::Colour)?,
             opacity: self.unit(a, label, "baseColorFactor alpha").into(),
@@ -82,7 +86,9 @@ impl Import<'_> {
         out.alpha = match source.alpha_mode.as_deref() {
             None | Some("OPAQUE") => AlphaMode::Opaque,
             Some("MASK") => {
-                AlphaMode::Mask { cutoff: self.unit(source.alpha_cutoff.unwrap_or(0.5).into(), label, "alphaCutoff") }
+                // Above one nothing is left, and all that is above one is alike.
+                let cutoff = f64::from(source.alpha_cutoff.unwrap_or(0.5)).min(2.0);
+                AlphaMode::Mask { cutoff: self.warnings.clamped(cutoff, [0.0, 2.0], label, "alphaCutoff") }
             }
             Some("BLEND") => AlphaMode::Blend,
             Some(_) => {
@@ -98,7 +104,8 @@ impl Import<'_> {
             out.transmission_texture = self.texture(transmission.transmission_texture.as_ref(), Use::Data)?;
         }
         self.layers(extensions, label, &mut out)?;
-        if let Some(glossy) = &extensions.specular_glossiness {
+        // What is unlit shows the base colour of the core model.
+        if let Some(glossy) = extensions.specular_glossiness.as_ref().filter(|_| !out.unlit) {
             self.warnings.add(format!("{label}: KHR_materials_pbrSpecularGlossiness was turned into metallic-roughness"));
             self.specular_glossiness(glossy, label, &mut out)?;
         }
@@ -120,31 +127,32 @@ impl Import<'_> {
     }
 
     fn emission(&mut self, source: &Source, label: &str) -> Colour {
-        let strength = source.extensions.emissive_strength.as_ref();
-        let mut strength = strength.map_or(1.0, |s| f64::from(s.emissive_strength));
-        if !(strength.is_finite() && strength >= 0.0) {
-            self.warnings.add(format!("{label}: emissiveStrength {strength} makes no sense; 1 was taken"));
-            strength = 1.0;
-        }
+        let strength = source.extensions.emissive_strength.as_ref().map_or(1.0, |s| f64::from(s.emissive_strength));
+        let strength = self.warnings.clamped(strength, [0.0, GREATEST], label, "emissiveStrength");
         Colour(source.emissive_factor.map(|c| self.unit(c.into(), label, "emissiveFactor") * strength))
     }
 
-    /// An index of refraction of at least 1. The extension's 0, "reflects everything", belongs to the specular-glossiness model.
-    pub(super) fn ior(&mut self, value: f64, label: &str) -> f64 {
-        if value.is_finite() && value >= 1.0 {
+    /// An index of refraction of at least 1, or 0, which reflects everything.
+    fn ior(&mut self, value: f64, label: &str) -> f64 {
+        if value == 0.0 {
             return value;
         }
-        self.warnings.add(format!("{label}: an index of refraction of {value} is not supported; 1.5 was taken"));
-        1.5
+        if value < Physical::IOR[0] {
+            self.warnings.add(format!("{label}: an index of refraction of {} is not supported; 1.5 was taken", number(value)));
+            return 1.5;
+        }
+        self.warnings.clamped(value, Physical::IOR, label, "an index of refraction of")
     }
 
     /// A factor that must lie between 0 and 1; others would make energy.
     pub(super) fn unit(&mut self, value: f64, label: &str, what: &str) -> f64 {
-        if (0.0..=1.0).contains(&value) {
-            return value;
-        }
-        let clamped = if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) };
-        self.warnings.add(format!("{label}: {what} {value} is outside 0 to 1; {clamped} was taken"));
-        clamped
+        self.warnings.clamped(value, [0.0, 1.0], label, what)
+    }
+
+    /// The factor of a normal map's directions. What is greater leaves nothing of the normal itself, as this does.
+    pub(super) fn normal_scale(&mut self, normal: Option<&TextureUse>, label: &str, what: &str) -> f64 {
+        normal.map_or(1.0, |normal| {
+            self.warnings.clamped(normal.scale.into(), [-MOST_NORMAL_SCALE, MOST_NORMAL_SCALE], label, what)
+        })
     }
 }

@@ -19,6 +19,7 @@ mod document;
 mod entries;
 mod extensions;
 mod glb;
+mod json;
 mod layers;
 mod light;
 mod material;
@@ -33,6 +34,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use glam::DAffine3;
+use raywright_core::validate::FARTHEST;
 use raywright_core::{Observer, Scene};
 
 pub(crate) use choose::Choice;
@@ -246,9 +248,22 @@ impl Import<'_> {
         primitives.flat_map(|primitive| mesh::elements(self.document, primitive)).fold(0, u64::saturating_add)
     }
 
+    /// Whether a transform can be worked with, with a warning where it can't.
+    fn within_measure(&mut self, world: &DAffine3, place: impl Fn() -> String) -> bool {
+        let within = world.to_cols_array().iter().all(|x| x.abs() <= FARTHEST);
+        if !within {
+            self.warnings.add(format!("{}: its transform leads beyond every measure; what it carries was left out", place()));
+        }
+        within
+    }
+
     /// Adds what one node carries.
     fn node(&mut self, placed: &Placed) -> Outcome<()> {
         let Some(node) = self.document.nodes.get(placed.node) else { return Ok(()) };
+        let carries = node.mesh.is_some() || node.camera.is_some() || node.extensions.light.light.is_some();
+        if carries && !self.within_measure(&placed.world, || format!("nodes[{}]", placed.node)) {
+            return Ok(());
+        }
         let node_name = node.name.clone().unwrap_or_default();
         if let Some(index) = node.mesh.filter(|_| placed.visible) {
             self.mesh_of_node(index as usize, node, placed)?;

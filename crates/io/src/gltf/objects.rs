@@ -96,7 +96,10 @@ impl<'a> Import<'a> {
                 None => self.object(name, &used, &material, &world)?,
                 Some(places) => {
                     for place in 0..places.count {
-                        self.object(name, &used, &material, &(world * places.at(place)))?;
+                        let world = world * places.at(place);
+                        if self.within_measure(&world, || format!("nodes[{}], instance {place}", placed.node)) {
+                            self.object(name, &used, &material, &world)?;
+                        }
                     }
                 }
             }
@@ -116,7 +119,10 @@ impl<'a> Import<'a> {
         self.budget.object()?;
         let (mesh, transform) = match mesh_tools::is_invertible(world) {
             true => (mesh.name.clone(), mesh_tools::transform_steps(world)),
-            false => (self.flattened(mesh, world)?, Vec::new()),
+            false => match self.flattened(mesh, world)? {
+                Some(mesh) => (mesh, Vec::new()),
+                None => return Ok(()),
+            },
         };
         self.scene.objects.push(Object {
             name: name.to_owned(),
@@ -132,13 +138,18 @@ impl<'a> Import<'a> {
     }
 
     /// A copy of a mesh in world space, for nodes that squeeze it flat: such a transform has no inverse to trace rays with.
-    fn flattened(&mut self, mesh: &UsedMesh, world: &DAffine3) -> Outcome<String> {
+    /// None where nothing of it lies within measure.
+    fn flattened(&mut self, mesh: &UsedMesh, world: &DAffine3) -> Outcome<Option<String>> {
         let source = self.scene.meshes.get(mesh.place).map(|mesh| mesh.source.clone());
-        let Some(MeshSource::Inline(data)) = source else { return Ok(mesh.name.clone()) };
+        let Some(MeshSource::Inline(data)) = source else { return Ok(None) };
         self.budget.memory(data.bytes(), 1)?;
+        let mut data = mesh_tools::squeezed(&data, world);
+        mesh_tools::drop_unusable(&mut data);
+        if data.indices.is_empty() {
+            return Ok(None);
+        }
         let name = self.names.meshes.unique(&mesh.name);
-        let data = mesh_tools::squeezed(&data, world);
         self.scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(data.into()), model: None });
-        Ok(name)
+        Ok(Some(name))
     }
 }

@@ -12,6 +12,7 @@ use super::accessor::Reader;
 use super::animation::{Keys, sampler};
 use super::document::{self, Document};
 use super::entries::Channel;
+use super::json;
 use crate::Limits;
 use crate::import::{Budget, Fault, Outcome, Warnings, shown};
 
@@ -117,7 +118,9 @@ pub(super) fn at(
     // Values of JSON take some thirty times their text.
     budget.memory(text.len(), 32)?;
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    let mut file: Value = serde_json::from_slice(text).map_err(|error| Fault::input(format!("is no valid glTF: {error}")))?;
+    let again = |error| json::rewritten(text).map_or(Err(error), |rewritten| serde_json::from_slice(&rewritten.text));
+    let file: Result<Value, _> = serde_json::from_slice(text).or_else(again);
+    let mut file = file.map_err(|error| Fault::input(format!("is no valid glTF: {error}")))?;
     for (pointer, value) in values {
         match slot(&mut file, &pointer) {
             Some((holder, key)) => drop(holder.insert(key.to_owned(), value)),

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use raywright_core::scene::{Colour, ColourSpace, Filter, Image as SceneImage, Texture as SceneTexture, TextureRef, Wrap};
+use raywright_core::validate::FARTHEST;
 
 use super::Import;
 use super::buffers::absent;
@@ -40,10 +41,17 @@ impl<'a> Import<'a> {
                 .add(format!("textures[{index}]: used with TEXCOORD_{uv_set}; sets from {MOST_UV_SETS} on are not read"));
             return Ok(None);
         }
+        let rows = transform.map(uv_rows);
+        let (usable, within) =
+            rows.map_or((None, true), |rows| (Some(rows), rows.as_flattened().iter().all(|x| x.abs() <= FARTHEST)));
+        if !within {
+            self.warnings
+                .add(format!("textures[{index}]: a use's KHR_texture_transform leads beyond every measure; it is ignored"));
+        }
         Ok(Some(TextureRef {
             name,
             uv_set,
-            uv_transform: transform.map(uv_rows),
+            uv_transform: usable.filter(|_| within),
             uv: None,
             factor: Colour::WHITE,
             channel: None,

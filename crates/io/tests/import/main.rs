@@ -10,6 +10,7 @@ mod hostile;
 mod keyed;
 mod keys;
 mod large;
+mod limits;
 mod made;
 mod malformed;
 mod obj;
