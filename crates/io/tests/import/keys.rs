@@ -4,7 +4,7 @@ use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use raywright_core::scene::{AlphaMode, Colour, ColourSpace, Falloff, LightKind, Model, Physical, Pixels, TransferCurve};
+use raywright_core::scene::{AlphaMode, Colour, ColourSpace, Falloff, LightKind, Model, Physical, Pixels, TextureRef};
 use raywright_io::Loaded;
 use serde_json::json;
 
@@ -145,17 +145,17 @@ fn each_factor_of_gltf_has_its_meaning() {
             Physical { transmission: 0.25.into(), thin_walled: true, ..default() },
         ),
         (extension("unlit", ""), Physical { unlit: true, ..default() }),
-        // A dielectric reflects 4 %; what reflects in one channel fully leaves nothing to be diffused.
+        // A dielectric of index 1.5 reflects 4 %, which the specular colour multiplies.
         (
             extension("pbrSpecularGlossiness", r#""diffuseFactor": [0.5, 0.25, 0, 0.75], "specularFactor": [0, 0, 0]"#),
-            shiny([0.5 / 0.96, 0.25 / 0.96, 0.0], 0.0, 0.0, 0.75),
+            Physical { specular_colour: Colour::BLACK.into(), ..shiny([0.5, 0.25, 0.0], 0.0, 0.0, 0.75) },
         ),
         (
             extension(
                 "pbrSpecularGlossiness",
                 r#""diffuseFactor": [0.5, 0.5, 0.5, 1], "specularFactor": [1, 0.5, 0], "glossinessFactor": 0.25"#,
             ),
-            shiny([1.0, 0.5, 0.0], 1.0, 0.75, 1.0),
+            Physical { specular_colour: Colour([1.0 / 0.04, 0.5 / 0.04, 0.0]).into(), ..shiny([0.5, 0.5, 0.5], 0.0, 0.75, 1.0) },
         ),
     ] {
         let found = first(&gltf(&material));
@@ -170,38 +170,34 @@ fn each_factor_of_gltf_has_its_meaning() {
     }
 }
 
-/// Protects: the images of the old specular-glossiness model are turned into those of the new one, with the use's own coordinates, and are
-/// what the factors of each texel would give; where its two images lie differently, the factors alone count, and it is said.
+/// Protects: the images of the old specular-glossiness model are those of base colour and of specular colour, each where it lies, and what
+/// glossiness leaves is roughness, texel by texel.
 #[test]
 fn specular_glossiness_has_images() {
     let transform = r#""texCoord": 1, "extensions": { "KHR_texture_transform": { "offset": [0.5, 0] } }"#;
-    let of = |diffuse: &str| {
-        gltf(&format!(
-            r#""extensions": {{ "KHR_materials_pbrSpecularGlossiness": {{ {diffuse} "diffuseFactor": [0, 0, 0, 0.5],
+    let moved = Some([[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]]);
+    for (diffuse, place) in [("", None), (r#""diffuseTexture": { "index": 0 },"#, Some((0, None)))] {
+        let loaded = gltf(&format!(
+            r#""extensions": {{ "KHR_materials_pbrSpecularGlossiness": {{ {diffuse} "diffuseFactor": [0.5, 0, 0, 0.5],
             "specularFactor": [1, 1, 1], "glossinessFactor": 0.5, "specularGlossinessTexture": {{ "index": 0, {transform} }} }} }}"#
-        ))
-    };
-    for diffuse in ["".to_owned(), format!(r#""diffuseTexture": {{ "index": 0, {transform} }},"#)] {
-        let loaded = of(&diffuse);
+        ));
         let found = first(&loaded);
         assert!(loaded.scene.unread.is_empty());
-        let images = [&found.base_colour_texture, &found.metallic_roughness_texture].map(|used| {
-            let used = used.as_ref().expect("a texture");
-            assert_eq!((used.uv_set, used.uv_transform), (1, Some([[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]])));
-            let texture = loaded.scene.textures.iter().find(|texture| texture.name == used.name).expect("it is there");
+        let at = |used: &Option<TextureRef>| used.as_ref().map(|used| (used.uv_set, used.uv_transform));
+        assert_eq!(at(&found.base_colour_texture), place);
+        let images = [&found.specular_colour_texture, &found.metallic_roughness_texture].map(|used| {
+            assert_eq!(at(used), Some((1, moved)));
+            let name = &used.as_ref().expect("a texture").name;
+            let texture = loaded.scene.textures.iter().find(|texture| texture.name == *name).expect("it is there");
             let image = loaded.scene.images.iter().find(|image| image.name == texture.image).expect("it is there");
             let Some(Pixels::Codes(pixels)) = image.data.as_ref().map(|data| data.pixels.clone()) else { panic!("codes") };
             (texture.colour_space, pixels[0])
         });
-        // What diffuses nothing and reflects all of one channel is a metal; glossiness is a half of 102/255. Without an image of
-        // the diffuse colour nothing is absent.
-        let opacity = if diffuse.is_empty() { 255 } else { 102 };
-        assert_eq!(images, [(ColourSpace::Srgb, [255, 188, 0, opacity]), (ColourSpace::Linear, [0, 204, 255, 255])]);
-        assert_eq!((found.metallic, found.roughness, found.opacity), (1.0.into(), 1.0.into(), 0.5.into()));
+        // Glossiness is a half of 102/255.
+        assert_eq!(images, [(ColourSpace::Srgb, [255, 188, 0, 102]), (ColourSpace::Linear, [0, 204, 0, 255])]);
+        assert_eq!(found.base_colour, Colour([0.5, 0.0, 0.0]).into());
+        assert_eq!((found.metallic, found.roughness, found.opacity), (0.0.into(), 1.0.into(), 0.5.into()));
     }
-    let loaded = of(r#""diffuseTexture": { "index": 0 },"#);
-    assert!(first(&loaded).metallic_roughness_texture.is_none());
-    assert!(loaded.warnings.iter().any(|warning| warning.message.contains("lie differently")), "{:?}", loaded.warnings);
 }
 
 /// Protects: the set of coordinates that a texture's transform names counts before that of its use (KHR_texture_transform).
@@ -375,8 +371,7 @@ fn pictures_that_are_none() {
     }
 }
 
-/// Protects: of a material of the specular-glossiness model whose specular image can't be decoded the factors are left, turned into
-/// metallic-roughness as where there is no image.
+/// Protects: of a material of the specular-glossiness model whose specular image can't be decoded the factors are left.
 #[test]
 fn broken_specular_images_leave_factors() {
     let of = |bytes: &[u8]| {
@@ -391,14 +386,13 @@ fn broken_specular_images_leave_factors() {
         crate::shared::check_sound(&loaded, &made.write());
         loaded
     };
-    // Codes of what is left for a header that can be read and data that can't, white pixels of the factors.
+    // What is left for a header that can be read and data that can't.
     let loaded = of(&DOT[..45]);
     assert!(loaded.warnings.iter().any(|warning| warning.message.contains("broken picture")), "{:?}", loaded.warnings);
+    let model = first(&loaded);
+    assert_eq!((model.base_colour, model.specular_colour_texture), (Colour([0.5, 0.25, 0.125]).into(), None));
     let pixels: Vec<_> = loaded.scene.images.iter().map(|image| &image.data.as_ref().expect("made").pixels).collect();
-    let base =
-        [0.5, 0.25, 0.125].map(|c: f64| (255.0 * raywright_core::display::curve::encode(TransferCurve::Srgb, c)).round() as u8);
-    let expected = [[base[0], base[1], base[2], 255], [0, (255.0_f64 * 0.25).round() as u8, 0, 255]];
-    assert_eq!(pixels, expected.map(|code| Pixels::Codes(vec![code])).iter().collect::<Vec<_>>());
+    assert_eq!(pixels, [&Pixels::Codes(vec![[0, (255.0_f64 * 0.25).round() as u8, 0, 255]])]);
 }
 
 /// Protects: what glTF's extensions lay over, under and into a material, each key where it belongs, and what a factor of zero means.

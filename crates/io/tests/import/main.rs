@@ -5,6 +5,7 @@ mod collections;
 mod compressed;
 mod containers;
 mod deformed;
+mod glossy;
 mod gltf;
 mod hostile;
 mod keyed;
