@@ -7,6 +7,14 @@ use crate::failure::{Exit, Failure};
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
+/// Makes a file that outgrows what it may (`ulimit -f`) a write that fails, as on a full disk. The system would end the program at once, and
+/// the unfinished file would stay.
+pub fn outlive_file_limits() {
+    // Where that cannot be had, everything is as it would be without.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
+}
+
 /// Installs the handler, once for the whole program, and returns the flag that the first Ctrl-C (or request to
 /// terminate) sets.
 pub fn flag() -> Result<&'static AtomicBool, Failure> {

@@ -50,6 +50,7 @@ use failure::{Exit, Failure};
 /// The whole program: reads the command line, does what it says, reports, and returns the exit code.
 pub fn main() -> ExitCode {
     panic::set_hook(Box::new(report_panic));
+    interrupt::outlive_file_limits();
     let exit = match panic::catch_unwind(AssertUnwindSafe(run)) {
         Ok(Ok(())) => Exit::Done,
         Ok(Err(failure)) => {

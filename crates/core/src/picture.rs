@@ -15,6 +15,17 @@ pub struct Picture {
     pub alpha: Option<Vec<f32>>,
     /// Further channels, in no particular order; names are unique.
     pub layers: Vec<Layer>,
+    /// Where it lies in a larger picture of which it is a part; none: it is the whole.
+    pub window: Option<Window>,
+}
+
+/// The place of a picture in a larger one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Window {
+    /// Column and row of its first pixel in the whole; negative where it begins outside.
+    pub origin: [i32; 2],
+    /// Width and height of the whole in pixels.
+    pub full: [u32; 2],
 }
 
 /// One further channel of a picture.
@@ -39,7 +50,7 @@ pub enum Encoding {
 impl Picture {
     /// A black picture without coverage and layers.
     pub fn new(width: u32, height: u32) -> Self {
-        Self { width, height, rgb: vec![[0.0; 3]; pixel_count(width, height)], alpha: None, layers: Vec::new() }
+        Self { width, height, rgb: vec![[0.0; 3]; pixel_count(width, height)], alpha: None, layers: Vec::new(), window: None }
     }
 
     /// Pixels in all.
@@ -55,6 +66,16 @@ impl Picture {
         self.rgb.get(y as usize * self.width as usize + x as usize).copied()
     }
 
+    /// The same with colours that no coverage multiplies; black where nothing is covered.
+    #[must_use]
+    pub fn straight(&self) -> Self {
+        let mut straight = self.clone();
+        for (rgb, &alpha) in straight.rgb.iter_mut().zip(self.alpha.iter().flatten()) {
+            *rgb = straight_colour(*rgb, alpha);
+        }
+        straight
+    }
+
     /// The layer of that name.
     pub fn layer(&self, name: &str) -> Option<&Layer> {
         self.layers.iter().find(|layer| layer.name == name)
@@ -67,6 +88,11 @@ impl Picture {
             && self.alpha.as_ref().is_none_or(|alpha| alpha.len() == n)
             && self.layers.iter().all(|layer| layer.samples.len() == n)
     }
+}
+
+/// A colour without the coverage that multiplies it; black where nothing is covered.
+pub(crate) fn straight_colour(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
+    if alpha > 0.0 { rgb.map(|x| x / alpha) } else { [0.0; 3] }
 }
 
 fn pixel_count(width: u32, height: u32) -> usize {

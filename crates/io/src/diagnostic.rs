@@ -62,15 +62,17 @@ impl Diagnostics {
         };
         let hint = problem.hint.as_ref().map(|hint| Level::HELP.message(hint));
         let title = Level::ERROR.primary_title(&problem.message);
-        renderer.render(&[Group::with_title(title).element(self.snippet(span, &problem.label)).elements(hint)])
-    }
-
-    /// Only the line of the place goes to the renderer, so that a long file costs no more than a short one.
-    fn snippet<'a>(&'a self, span: &Range<usize>, label: &'a str) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
+        // Only the line of the place goes to the renderer, or a piece of it, so that a long file costs no more than a short one.
         let place = Place::of(&self.text, span);
-        let annotation = AnnotationKind::Primary.span(place.within.clone()).label((!label.is_empty()).then_some(label));
-        let path = if place.cut { format!("{}:{}:{}", self.file, place.line, place.column) } else { self.file.clone() };
-        Snippet::source(&self.text[place.shown]).line_start(place.line).path(path).annotation(annotation)
+        let label = Some(problem.label.as_str()).filter(|label| !label.is_empty());
+        let annotation = AnnotationKind::Primary.span(place.within.clone()).label(label);
+        let snippet =
+            Snippet::source(&self.text[place.shown.clone()]).line_start(place.line).path(&self.file).annotation(annotation);
+        let shown = renderer.render(&[Group::with_title(title).element(snippet).elements(hint)]);
+        // The renderer counts columns from the beginning of the piece.
+        let [within, of_text] =
+            [place.column_within, place.column].map(|column| format!("{}:{}:{column}", self.file, place.line));
+        if within == of_text { shown } else { shown.replacen(&within, &of_text, 1) }
     }
 }
 
@@ -93,8 +95,8 @@ pub struct Place {
     shown: Range<usize>,
     /// The span within what is shown.
     within: Range<usize>,
-    /// Whether the shown piece starts after the line does.
-    cut: bool,
+    /// Column in what is shown.
+    column_within: usize,
 }
 
 impl Place {
@@ -115,6 +117,35 @@ impl Place {
         let from = if cut { text.ceil_char_boundary(start - MARGIN) } else { line_start };
         let to = line_end.min(text.floor_char_boundary(end.min(start + MARGIN) + 2 * MARGIN));
         let end = end.min(to);
-        Self { line, column, shown: from..to, within: start - from..end - from, cut }
+        let column_within = text[from..start].chars().count() + 1;
+        Self { line, column, shown: from..to, within: start - from..end - from, column_within }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(text: &str, span: Range<usize>) -> String {
+        let problem = Diagnostic { message: "m".into(), span: Some(span), label: String::new(), hint: None };
+        Diagnostics::new("a.json", text, vec![problem]).render(&Renderer::plain())
+    }
+
+    /// Protects: a message has its place once, as the line and the column of the text, in short lines and far along long ones, in any line, and
+    /// where the line has characters of several bytes.
+    #[test]
+    fn places_are_told_once() {
+        let place = |text: &str, span| {
+            let message = shown(text, span);
+            let line = message.lines().nth(1).expect("a place");
+            line.trim_start().trim_start_matches("--> ").to_owned()
+        };
+        assert_eq!(place("abc\ndef", 5..6), "a.json:2:2");
+        let long = "x".repeat(1000);
+        for at in [0, 239, 240, 241, 500, 999] {
+            assert_eq!(place(&long, at..at + 1), format!("a.json:1:{}", at + 1));
+            assert_eq!(place(&format!("\n\n{long}\n"), at + 2..at + 3), format!("a.json:3:{}", at + 1));
+        }
+        assert_eq!(place(&"é".repeat(500), 800..802), "a.json:1:401");
     }
 }

@@ -108,6 +108,9 @@ pub(crate) fn reason(cause: &std::io::Error) -> String {
         Cause::PermissionDenied => "permission denied".to_owned(),
         Cause::IsADirectory => "it is a folder".to_owned(),
         Cause::StorageFull => "the disk is full".to_owned(),
+        Cause::QuotaExceeded => "more than the disk quota allows".to_owned(),
+        Cause::FileTooLarge => "larger than a file may become here".to_owned(),
+        Cause::InvalidFilename => "the name is too long, or none that a file can have".to_owned(),
         _ => cause.to_string(),
     }
 }

@@ -35,6 +35,7 @@ mod inputs;
 mod ktx2;
 mod limits;
 mod load;
+pub mod masking;
 mod mesh_file;
 mod mesh_tools;
 mod model_file;

@@ -72,9 +72,118 @@ fn unlike_kinds_meet_as_display_values() {
     let display = ["--tonemap", "aces", "--gamma", "2.2"];
     // The PNG is rounded to codes, half a code at most.
     desk.run(&[&["compare", "a.exr", "a.png", "--max-rmse", "0.002"], &display[..]].concat()).exits_with(0);
-    desk.run(&["compare", "a.exr", "a.png", "--max-rmse", "0.002"]).exits_with(1);
+    desk.run(&["compare", "a.exr", "a.png", "--max-rmse", "0.002", "--tonemap", "none"]).exits_with(1);
     let brighter = [&["compare", "a.exr", "a.png", "--max-rmse", "0.002", "--exposure", "-1"], &display[..]].concat();
     desk.run(&brighter).exits_with(1);
+}
+
+/// Protects: linear pictures are shown as files say that they are, those of display values first, and it is told who says so, or that nobody
+/// does; flags go before.
+#[test]
+fn the_display_is_the_files_own() {
+    let desk = Desk::new();
+    desk.write("sky.scene.toml", "format = 1\nsky.constant = [0.2, 0.7, 3]\n");
+    let render = |flags: &[&str], files: [&str; 2]| {
+        let common = ["render", "sky.scene.toml", "-q", "-s", "16x8", "--spp", "1"];
+        desk.run(&[&common[..], flags, &["-o", files[0], "-o", files[1]]].concat()).exits_with(0);
+    };
+    render(&["--tonemap", "agx", "--gamma", "2.2", "--exposure", "-0.5"], ["a.exr", "a.png"]);
+    render(&["--no-metadata", "--tonemap", "agx"], ["bare.exr", "bare.png"]);
+    render(&["--background", "transparent", "--tonemap", "aces"], ["clear.exr", "clear.png"]);
+    let shown = |files: [&str; 2], flags: &[&str]| {
+        let run = desk.run(&[&["compare"], &files[..], flags].concat());
+        run.text().lines().find_map(|line| line.strip_prefix("shown by ")).unwrap_or_default().trim().to_owned()
+    };
+    for files in [["a.exr", "a.png"], ["a.png", "a.exr"], ["bare.exr", "a.png"], ["a.exr", "a.exr"], ["clear.exr", "clear.png"]] {
+        desk.run(&[&["compare"], &files[..], &["--max-rmse", "0.002", "--max-flip", "0.02"]].concat()).exits_with(0);
+    }
+    let own = "tone map agx, gamma 2.2, exposure -0.5, as ";
+    assert_eq!(shown(["a.exr", "a.png"], &[]), format!("{own}a.png says"));
+    assert_eq!(shown(["a.exr", "bare.exr"], &[]), format!("{own}a.exr says"));
+    assert_eq!(shown(["a.exr", "bare.png"], &[]), format!("{own}a.exr says"));
+    let default = "tone map khronos-neutral, gamma srgb, exposure 0, taken since neither file says it";
+    assert_eq!(shown(["bare.exr", "bare.png"], &[]), default);
+    let flags = ["--tonemap", "none", "--gamma", "srgb", "--exposure", "1"];
+    assert_eq!(shown(["a.exr", "a.png"], &flags), "tone map none, gamma srgb, exposure 1");
+    assert_eq!(shown(["a.png", "bare.png"], &[]), "");
+}
+
+/// Protects: coverage counts in each threshold, by figures of its own; where it is alike it changes nothing.
+#[test]
+fn coverage_is_beyond_thresholds() {
+    use raywright::core::display::Display;
+    use raywright::core::picture::Picture;
+    use raywright::io::output::{Metadata, write_exr, write_png};
+    let desk = Desk::new();
+    let write = |name: &str, alpha: Option<f32>| {
+        let mut picture = Picture::new(10, 10);
+        picture.alpha = alpha.map(|alpha| [vec![alpha; 25], vec![1.0; 75]].concat());
+        let (png, exr) = (desk.path(format!("{name}.png")), desk.path(format!("{name}.exr")));
+        write_png(&png, &picture, Display::PLAIN, &Metadata::default()).expect("a picture");
+        write_exr(&exr, &picture, &Metadata::default()).expect("a picture");
+    };
+    write("cut", Some(0.0));
+    write("filled", Some(1.0));
+    write("opaque", None);
+    let thresholds = [
+        ["--max-rmse", "0.49"],
+        ["--max-flip", "0.05"],
+        ["--max-relmse", "0.2"],
+        ["--max-relmse-trimmed", "0.2"],
+        ["--min-psnr", "7"],
+    ];
+    for ending in ["png", "exr"] {
+        let [cut, filled, opaque] = ["cut", "filled", "opaque"].map(|name| format!("{name}.{ending}"));
+        for threshold in thresholds {
+            for other in [&filled, &opaque] {
+                let run = desk.run(&["compare", &cut, other, threshold[0], threshold[1]]);
+                run.exits_with(1).says_like(": coverage: ");
+            }
+            desk.run(&["compare", &filled, &opaque, threshold[0], threshold[1]]).exits_with(0);
+        }
+        // A quarter of the pixels is off by 1.
+        desk.run(&["compare", &cut, &filled, "--max-rmse", "0.51"]).exits_with(0);
+        let run = desk.run(&["compare", &cut, &filled]);
+        assert!(run.text().contains("coverage   differs by up to 1, RMSE 0.5, mean FLIP "), "{}", run.text());
+    }
+}
+
+/// Protects: an EXR picture of a crop says where it lies in the whole, as OpenEXR's windows do, with its layers, denoised, and from a film
+/// whose parts are joined; it is read back with its place, and crops of other places are not compared.
+#[test]
+fn crops_keep_their_place() {
+    use raywright::core::picture::Window;
+    let desk = Desk::new();
+    if !carried("cornell") {
+        return;
+    }
+    let common = ["render", "preset:cornell", "-q", "-s", "64x48", "--spp", "8", "--crop"];
+    let render = |crop: &str, rest: &[&str]| desk.run(&[&common[..], &[crop], rest].concat()).exits_with(0).code;
+    render("10,20,40,8", &["-o", "a.exr", "-o", "a.png", "--aov", "depth,stderr", "--checkpoint", "all.film"]);
+    render("10,20,40,8", &["--denoise", "-o", "denoised.exr"]);
+    render("10,20,40,8", &["--part", "1/2", "--checkpoint", "1.film"]);
+    render("10,20,40,8", &["--part", "2/2", "--checkpoint", "2.film"]);
+    desk.run(&["merge", "1.film", "2.film", "-o", "merged.exr", "--checkpoint", "both.film"]).exits_with(0);
+    desk.run(&["merge", "both.film", "-o", "again.exr"]).exits_with(0);
+    let window = Some(Window { origin: [10, 20], full: [64, 48] });
+    for name in ["a.exr", "denoised.exr", "merged.exr", "again.exr"] {
+        assert_eq!(desk.picture(name).window, window, "{name}");
+    }
+    assert!(desk.picture("a.exr").layers.len() >= 4);
+    render("0,0,64,48", &["-o", "whole.exr"]);
+    assert_eq!(desk.picture("whole.exr").window, None);
+    render("11,20,40,8", &["-o", "b.exr"]);
+    desk.run(&["compare", "a.exr", "b.exr"]).exits_with(3).says(
+        "error: a.exr and b.exr: the pictures are parts of other places: 10, 20 of 64x48 and 11, 20 of 64x48\n\
+        help: compare pictures of one --crop",
+    );
+    for other in ["merged.exr", "all.film"] {
+        let run = desk.run(&["compare", "a.exr", other, "--max-rmse", "0"]);
+        run.exits_with(0);
+        assert!(run.text().contains("place      10, 20 of 64x48\n"), "{}", run.text());
+    }
+    let run = desk.run(&["compare", "a.exr", "a.png", "--max-rmse", "0.002"]);
+    assert!(run.exits_with(0).text().contains("place      10, 20 of 64x48 against one that says no place\n"), "{}", run.text());
 }
 
 /// Protects: what cannot be compared: another size, no picture, no file, a difference picture nowhere.

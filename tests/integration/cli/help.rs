@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::process::Stdio;
 
-use crate::support::{Desk, carried};
+use crate::support::Desk;
 
 /// Protects: `--help` and `--version` go to standard output and are no failure.
 #[test]
@@ -84,20 +84,33 @@ fn manual_pages_carry_their_names() {
     }
 }
 
-/// Protects: a reader that has seen enough is no failure: `raywright schema | head -0`.
+/// Protects: a reader that has seen enough of a text is no failure (`raywright schema | head -0`), and a picture that nobody reads is one.
 #[test]
-fn closed_pipe_is_success() {
-    if !carried("whitted") {
-        return;
-    }
+fn closed_pipes_lose_pictures_and_no_texts() {
     let desk = Desk::new();
-    for arguments in [&["completions", "zsh"][..], &["schema"], &["render", "preset:whitted", "-q", "-o", "-", "-o", "a.png"]] {
+    let picture = ["render", "sky.scene.toml", "-q", "-s", "300x300", "--spp", "1", "-o", "-", "-o", "a.png"];
+    desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
+    for (arguments, code) in [(&["completions", "zsh"][..], 0), (&["schema"], 0), (&picture, 4)] {
         let mut child = desk.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
         drop(child.stdout.take());
         let mut stderr = String::new();
         child.stderr.take().expect("piped").read_to_string(&mut stderr).expect("text");
         let status = child.wait().expect("ends");
-        assert_eq!((status.code(), stderr.as_str()), (Some(0), ""), "{arguments:?}");
+        assert_eq!(status.code(), Some(code), "{arguments:?}: {stderr}");
+        assert_eq!(stderr.starts_with("error: cannot write to standard output"), code == 4, "{stderr}");
     }
-    assert_eq!(desk.names(), ["a.png"], "what can be written is written");
+    assert_eq!(desk.names(), ["a.png", "sky.scene.toml"], "what can be written is written");
+}
+
+/// Protects: the help of `--without` names each effect that can be switched off and no other, as the command line takes them.
+#[test]
+fn help_names_the_effects() {
+    let desk = Desk::new();
+    let help = desk.run(&["render", "--help"]);
+    let text = help.text().split_whitespace().collect::<Vec<_>>().join(" ");
+    let (_, list) = text.split_once("Switch effects off, separated by commas: ").expect("the flag's help");
+    let known = desk.run(&["render", "--without", "magic"]);
+    let (_, known) = known.stderr.split_once("known: ").expect("a list of those known");
+    let known = known.lines().next().expect("a line").trim();
+    assert!(known.split(", ").count() > 30 && list.starts_with(&format!("{known} ")), "{list}\n{known}");
 }

@@ -126,3 +126,97 @@ fn outputs_do_not_replace_each_other() {
     run.exits_with(2).says("error: s.png and s.json are one file, named twice as output\nhelp: name another file with --stats");
     assert!(!desk.path("s.png").exists());
 }
+
+/// Protects: a file that only its owner may read stays so when it is written again, whatever kind of result it is.
+#[cfg(unix)]
+#[test]
+fn modes_are_kept() {
+    use std::os::unix::fs::PermissionsExt;
+    let desk = Desk::new();
+    desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
+    let files = ["a.png", "a.exr", "a.film", "a.json", "sheet.png", "a.gif", "a.apng", "diff.png", "merged.png"];
+    let start = || {
+        for name in files {
+            desk.write(name, "");
+            fs::set_permissions(desk.path(name), fs::Permissions::from_mode(0o600)).expect("an own file");
+        }
+    };
+    start();
+    let render = ["render", "sky.scene.toml", "-q", "--size", "4x4", "--spp", "2"];
+    desk.run(&[&render[..], &["-o", "a.png", "-o", "a.exr", "--checkpoint", "a.film", "--stats", "a.json"]].concat())
+        .exits_with(0);
+    desk.run(&[&render[..], &["--turntable", "2", "-o", "a.gif", "-o", "a.apng", "--sheet", "sheet.png"]].concat()).exits_with(0);
+    desk.run(&["compare", "a.png", "a.exr", "--diff", "diff.png"]).exits_with(0);
+    desk.run(&["merge", "a.film", "-o", "merged.png"]).exits_with(0);
+    for name in files {
+        let there = fs::metadata(desk.path(name)).expect("a file");
+        assert!(there.len() > 0 && there.permissions().mode() & 0o777 == 0o600, "{name}: {:o}", there.permissions().mode());
+    }
+}
+
+/// Protects: what cannot be written is known before the first ray: no picture is made of a scene that would take hours, and nothing is left.
+#[cfg(unix)]
+#[test]
+fn outputs_are_tried_before_the_first_ray() {
+    let desk = Desk::new();
+    desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
+    let endless = ["render", "sky.scene.toml", "-s", "4000x4000", "--spp", "65536"];
+    let long = |ending: &str| "n".repeat(260) + ending;
+    for arguments in [
+        ["-o".to_owned(), long(".png")],
+        ["-o".to_owned(), long(".exr")],
+        ["--checkpoint".to_owned(), long(".film")],
+        ["--stats".to_owned(), long(".json")],
+        ["--sheet".to_owned(), long(".png")],
+        ["-o".to_owned(), long("/a.png")],
+        ["-o".to_owned(), long(".gif")],
+    ] {
+        let words = arguments.iter().map(String::as_str).collect::<Vec<_>>();
+        desk.run(&[&endless[..], &words].concat()).exits_with(4).says_like("the name is too long");
+    }
+    assert_eq!(desk.names(), ["sky.scene.toml"]);
+    let longest = "n".repeat(251) + ".png";
+    desk.run(&["render", "sky.scene.toml", "-q", "-s", "4x4", "--spp", "1", "-o", &longest]).exits_with(0);
+    assert!(desk.path(&longest).exists());
+}
+
+/// Protects: a limit on the size of files ends a run with exit code 4, leaves the old file as it was and nothing beside it.
+#[cfg(target_os = "linux")]
+#[test]
+fn file_limits_leave_nothing_behind() {
+    let desk = Desk::new();
+    desk.write("sky.scene.toml", "format = 1\nsky.map.image = \"a\"\nimages = [{ name = \"a\", path = \"noise.png\" }]\n");
+    let noise = image::RgbImage::from_fn(64, 64, |x, y| {
+        let hash = (x * 64 + y).wrapping_mul(2_654_435_761);
+        image::Rgb([(hash >> 8) as u8, (hash >> 16) as u8, (hash >> 24) as u8])
+    });
+    noise.save(desk.path("noise.png")).expect("a picture");
+    for name in ["a.png", "a.exr", "a.film"] {
+        desk.write(name, "old");
+    }
+    let program = desk.command::<&str>(&[]).get_program().to_owned();
+    for arguments in ["-o a.exr", "-o a.png", "-o b.png --checkpoint a.film"] {
+        let before = everything(&desk);
+        let script = format!("ulimit -f 4; exec \"$0\" render sky.scene.toml -q -s 96x96 --spp 4 {arguments}");
+        let mut shell = std::process::Command::new("sh");
+        let run = shell.args(["-c", &script]).arg(&program).current_dir(desk.path("")).output().expect("a shell");
+        let said = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(4), "{arguments}: {said}");
+        assert!(said.contains("larger than a file may become here"), "{said}");
+        assert_eq!(everything(&desk), before, "{arguments}");
+    }
+}
+
+/// Protects: a full disk ends a run with exit code 4, wherever the picture goes.
+#[cfg(target_os = "linux")]
+#[test]
+fn full_disks_are_told() {
+    let desk = Desk::new();
+    desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
+    std::os::unix::fs::symlink("/dev/full", desk.path("full.png")).expect("a link");
+    let render = ["render", "sky.scene.toml", "-q", "-s", "4x4", "--spp", "1", "-o"];
+    desk.run(&[&render[..], &["full.png"]].concat()).exits_with(4).says_like("the disk is full");
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
+    let run = desk.command(&[&render[..], &["-"]].concat()).stdout(full).output().expect("the program starts");
+    assert_eq!(run.status.code(), Some(4), "{}", String::from_utf8_lossy(&run.stderr));
+}

@@ -12,6 +12,8 @@ use super::{names, values};
 #[command(after_help = "\
 Two .exr pictures are compared as linear radiance, anything else as display values; FLIP is about display values always.
 
+Thresholds hold for coverage as for colours, where a picture has one.
+
 Exit code: 0 within every threshold given, 1 beyond one of them or beyond noise, 3 the pictures cannot be compared.
 
 Examples:
@@ -60,15 +62,15 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE")]
     pub diff: Option<PathBuf>,
 
-    /// Brighten .exr pictures by stops before they are compared as an eye sees them [default: 0]
+    /// Brighten .exr pictures by stops before they are compared as an eye sees them [default: as their files say, or 0]
     #[arg(long, value_name = "STOPS", value_parser = values::number, allow_hyphen_values = true, help_heading = "Display of .exr")]
     pub exposure: Option<f64>,
 
-    /// How their bright light is compressed for that [default: khronos-neutral]
+    /// How their bright light is compressed for that [default: as their files say, or khronos-neutral]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>(), help_heading = "Display of .exr")]
     pub tonemap: Option<ToneMap>,
 
-    /// Curve of their codes for that [default: srgb]
+    /// Curve of their codes for that [default: as their files say, or srgb]
     #[arg(long, value_name = "CURVE", value_parser = names::variants::<TransferCurve>(), help_heading = "Display of .exr")]
     pub gamma: Option<TransferCurve>,
 

@@ -20,7 +20,7 @@ pub fn aov() -> impl TypedValueParser<Value = Aov> {
 
 /// What serde says when a name is no variant: the variants there are.
 #[derive(Debug)]
-struct Refused(&'static [&'static str]);
+pub(crate) struct Refused(&'static [&'static str]);
 
 impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -51,7 +51,8 @@ impl fmt::Display for Unknown {
 
 impl std::error::Error for Unknown {}
 
-fn parse<T: DeserializeOwned>(name: &str) -> Result<T, Refused> {
+/// The variant of a name.
+pub(crate) fn parse<T: DeserializeOwned>(name: &str) -> Result<T, Refused> {
     T::deserialize(IntoDeserializer::<Refused>::into_deserializer(name))
 }
 

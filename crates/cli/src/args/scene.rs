@@ -66,12 +66,14 @@ pub struct ChoiceArgs {
     #[arg(long = "rung", value_name = "LADDER=RUNG", value_parser = Choice::parse, value_delimiter = ',')]
     pub rungs: Vec<Choice>,
 
-    /// Switch effects off, separated by commas: ambient-light, direct-light, shadows, highlights, rim-light, emission,
-    /// mirror-reflection, fuzzy-reflection, refraction, transparency, image-textures, mip-maps, checkerboard, vertex-colours,
-    /// smooth-shading, normal-maps, sky, environment-map, ground-shadow, sky-light, depth-of-field, motion, soft-shadows,
-    /// absorption, nested-media, thin-walls, tinted-reflection, conductors, clearcoat, sheen, anisotropy, iridescence,
-    /// dispersion, diffuse-transmission
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::effect)]
+    /// Effects that are switched off
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        value_parser = values::effect,
+        help = format!("Switch effects off, separated by commas: {}", values::effects())
+    )]
     pub without: Vec<Effect>,
 }
 

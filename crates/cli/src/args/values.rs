@@ -255,11 +255,16 @@ pub fn effect(text: &str) -> Result<Effect, String> {
             Err("the scene is made of that: it cannot be switched off".to_owned())
         };
     }
-    let known: Vec<String> = SWITCHABLE.iter().map(|effect| effect.name().replace(' ', "-")).collect();
-    Err(match closest(text, known.iter().map(String::as_str)) {
+    let known = effects();
+    Err(match closest(text, known.split(", ")) {
         Some(word) => format!("there is no such effect; did you mean `{word}`?"),
-        None => format!("there is no such effect; known: {}", known.join(", ")),
+        None => format!("there is no such effect; known: {known}"),
     })
+}
+
+/// All effects that can be switched off, as they are spelled on the command line.
+pub fn effects() -> String {
+    SWITCHABLE.iter().map(|effect| effect.name().replace(' ', "-")).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let rendered = Rendered::of(&kept.film, &());
     let display = shown(&args.display, kept.display);
     let mut written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
-    written.extend(args.checkpoint.as_ref().filter(|_| filmed.is_ok()).map(|path| path.display().to_string()));
+    written.extend(args.checkpoint.as_ref().filter(|_| filmed.is_ok()).map(|path| write::shown(path)));
     let mut notes = Notes::new(verbosity);
     let error = tell::error(kept.film.uncertainty().as_ref(), &kept.film, &rendered, None, &mut notes)
         .map(|error| format!(", {error}"))

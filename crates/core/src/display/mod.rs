@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use raywright_bvh::scalar::Real;
 use serde::{Deserialize, Serialize};
 
-use crate::picture::Picture;
+use crate::picture::{Picture, straight_colour};
 use crate::scene::{Render, ToneMap, TransferCurve};
 pub use codes::CodeTable;
 pub use output::Output;
@@ -65,7 +65,7 @@ impl Display {
     pub fn to_codes(self, picture: &Picture) -> Vec<u8> {
         let map = self.prepare();
         let colour = |i: usize| match &picture.alpha {
-            Some(alpha) => straight(picture.rgb[i], alpha[i]),
+            Some(alpha) => straight_colour(picture.rgb[i], alpha[i]),
             None => picture.rgb[i],
         };
         match (self.output, &picture.alpha) {
@@ -86,7 +86,7 @@ impl Display {
     pub fn to_values(self, picture: &Picture) -> Picture {
         let map = self.prepare();
         let rgb = picture.rgb.par_iter().map(|&rgb| map.values(rgb)).collect();
-        Picture { width: picture.width, height: picture.height, rgb, alpha: None, layers: Vec::new() }
+        Picture { width: picture.width, height: picture.height, rgb, alpha: None, layers: Vec::new(), window: picture.window }
     }
 }
 
@@ -113,11 +113,6 @@ fn eight(alpha: f32) -> u8 {
 fn wide(codes: [u16; 3]) -> [u8; 6] {
     let [[r0, r1], [g0, g1], [b0, b1]] = codes.map(u16::to_be_bytes);
     [r0, r1, g0, g1, b0, b1]
-}
-
-/// Colour without the coverage that multiplies it; black where nothing is covered.
-fn straight(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
-    if alpha > 0.0 { rgb.map(|x| x / alpha) } else { [0.0; 3] }
 }
 
 /// A [`Display`] that is ready for pixels.

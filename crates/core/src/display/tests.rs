@@ -168,6 +168,7 @@ fn codes_of_every_kind() {
         rgb: vec![[0.25, 0.5, 1.0], [0.0, 0.1, 7.0]],
         alpha: Some(vec![1.0, 0.5]),
         layers: Vec::new(),
+        window: None,
     };
     let linear = Display { curve: TransferCurve::None, output: Output::Sixteen, ..Display::PLAIN };
     // 65535/4 + ½ = 16384.25, 65535/2 + ½ = 32768, and of the second pixel, whose colours are divided by its coverage, 0.2: 13107.5.
@@ -177,7 +178,7 @@ fn codes_of_every_kind() {
     let halves = [16384_u16, 32768, 65535, 0, 6554, 65535];
     assert_eq!(linear.to_codes(&opaque), halves.iter().flat_map(|code| code.to_be_bytes()).collect::<Vec<u8>>());
 
-    let flat = |rgb| Picture { width: 64, height: 64, rgb: vec![rgb; 64 * 64], alpha: None, layers: Vec::new() };
+    let flat = |rgb| Picture { rgb: vec![rgb; 64 * 64], ..Picture::new(64, 64) };
     let dithered = Display { output: Output::Dithered, ..linear };
     let codes = dithered.to_codes(&flat([0.3, 0.7, 1.0]));
     let mean = |channel: usize| codes.iter().skip(channel).step_by(3).map(|&code| f64::from(code)).sum::<f64>() / 4096.0;

@@ -335,7 +335,7 @@ impl Film {
     pub fn picture(&self) -> Picture {
         let (plan, planes) = (&self.plan, self.there());
         let all = 0..plan.pixels();
-        let mut picture = Picture::new(plan.crop.width, plan.crop.height);
+        let mut picture = Picture { window: plan.window(), ..Picture::new(plan.crop.width, plan.crop.height) };
         for (pixel, colour) in picture.rgb.iter_mut().enumerate() {
             *colour = planes.mean(pixel).0.map(|c| c as f32);
         }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plane::has_open;
 use crate::denoise;
+use crate::picture::Window;
 use crate::settings::{Aov, Background, Crop, Settings, replicates};
 
 /// Samples of a pixel in one replicate, at most: they are counted in 16 bits and are points of one sequence of 2¹⁶.
@@ -68,6 +69,9 @@ impl From<Vec<Aov>> for Layers {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Plan {
+    /// Width and height of the whole picture.
+    size: [u32; 2],
+    /// The part of it that is rendered.
     pub crop: Crop,
     tile_size: u32,
     /// Samples of a pixel, in all replicates together.
@@ -114,6 +118,7 @@ impl Plan {
         let unasked: Vec<Aov> = denoise::LAYERS.into_iter().filter(|aov| !settings.aovs.contains(aov)).collect();
         let denoise = denoise.then_some(unasked);
         Self {
+            size: settings.size,
             crop: settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height }),
             tile_size: if adaptive { ADAPTIVE_TILE } else { settings.tile_size.max(1) },
             samples: settings.sampling.count(),
@@ -131,7 +136,8 @@ impl Plan {
     /// What makes no sense in a plan that was read from a file.
     pub fn check(&self) -> Result<(), &'static str> {
         let Crop { x, y, width, height } = self.crop;
-        let edges = width > 0 && height > 0 && x.checked_add(width).is_some() && y.checked_add(height).is_some();
+        let lies_within = |at: u32, edge: u32, all: u32| edge > 0 && at.checked_add(edge).is_some_and(|end| end <= all);
+        let edges = lies_within(x, width, self.size[0]) && lies_within(y, height, self.size[1]);
         // Places of pixels and numbers of tiles are 32 bits wide.
         if !edges || u64::from(width) * u64::from(height) > u64::from(u32::MAX) {
             return Err("size");
@@ -144,6 +150,14 @@ impl Plan {
             return Err("number of samples");
         }
         Ok(())
+    }
+
+    /// Where the picture lies in the whole one; none: it is that.
+    pub fn window(&self) -> Option<Window> {
+        let Crop { x, y, width, height } = self.crop;
+        // Both are far below 2³¹: a picture has no more than 2³² pixels and no edge as long as that.
+        let origin = [x, y].map(|at| i32::try_from(at).unwrap_or(i32::MAX));
+        ([width, height] != self.size).then_some(Window { origin, full: self.size })
     }
 
     /// Samples of a pixel.

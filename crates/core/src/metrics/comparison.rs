@@ -20,7 +20,7 @@ pub struct Side<'a> {
     pub encoding: Encoding,
 }
 
-/// A picture against a reference. Coverage and layers do not enter, but for [`Comparison::coverage`].
+/// A picture against a reference. Layers do not enter, and coverage has figures of its own.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Pixels a row.
@@ -39,9 +39,28 @@ pub struct Comparison {
     pub flip: Statistics,
     /// Largest difference of coverage (1 where a picture has none); none where neither has one.
     pub coverage: Option<f64>,
+    /// How far the coverages are apart; none where neither picture has one.
+    pub coverage_errors: Option<CoverageErrors>,
     /// FLIP of each pixel, row after row from the top.
     #[serde(skip)]
     pub flip_map: Vec<f32>,
+}
+
+/// Figures of two coverages, as of grey pictures that hold them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct CoverageErrors {
+    /// As in [`Errors`].
+    pub non_finite: usize,
+    /// As in [`Errors`].
+    pub rmse: f64,
+    /// As in [`Errors`].
+    pub relmse: f64,
+    /// As in [`Errors`].
+    pub relmse_trimmed: f64,
+    /// As in [`Errors`].
+    pub psnr: Option<f64>,
+    /// Mean FLIP.
+    pub flip: f64,
 }
 
 /// How many pixels differ by more than a threshold in a channel; one that is not finite does so by any.
@@ -60,7 +79,9 @@ pub fn compare(picture: Side<'_>, reference: Side<'_>, display: Display) -> Resu
     let both_linear = picture.encoding == Encoding::Linear && reference.encoding == Encoding::Linear;
     let sides = [picture, reference];
     let shown = sides.map(|side| match side.encoding {
-        Encoding::Linear => Some(display.to_values(side.picture)),
+        Encoding::Linear if both_linear => Some(display.to_values(side.picture)),
+        // Display values lie beside their coverage, and linear ones are multiplied by it.
+        Encoding::Linear => Some(display.to_values(&side.picture.straight())),
         Encoding::Display => None,
     });
     let values = [0, 1].map(|i| shown[i].as_ref().unwrap_or(sides[i].picture));
@@ -78,6 +99,7 @@ pub fn compare(picture: Side<'_>, reference: Side<'_>, display: Display) -> Resu
         beyond: beyond.to_vec(),
         flip: statistics(&flip_map),
         coverage,
+        coverage_errors: coverage.map(|largest| coverage_errors(picture.picture, reference.picture, largest)).transpose()?,
         flip_map,
     })
 }
@@ -96,9 +118,28 @@ fn coverage_difference(a: &Picture, b: &Picture) -> Option<f64> {
     if a.alpha.is_none() && b.alpha.is_none() {
         return None;
     }
-    let at = |picture: &Picture, i: usize| picture.alpha.as_ref().and_then(|alpha| alpha.get(i)).copied().unwrap_or(1.0);
-    let difference = |i| f64::from(at(a, i) - at(b, i)).abs();
+    let difference = |i| f64::from(coverage_at(a, i) - coverage_at(b, i)).abs();
     Some((0..a.pixels()).map(difference).fold(0.0, |largest, x| if x > largest || x.is_nan() { x } else { largest }))
+}
+
+/// Coverage of a pixel: all of it where the picture has none.
+fn coverage_at(picture: &Picture, pixel: usize) -> f32 {
+    picture.alpha.as_ref().and_then(|alpha| alpha.get(pixel)).copied().unwrap_or(1.0)
+}
+
+/// Figures of coverages whose largest difference is known.
+fn coverage_errors(a: &Picture, b: &Picture, largest: f64) -> Result<CoverageErrors, MetricsError> {
+    if largest == 0.0 {
+        return Ok(CoverageErrors::default());
+    }
+    let grey = |picture: &Picture| Picture {
+        rgb: (0..picture.pixels()).map(|pixel| [coverage_at(picture, pixel); 3]).collect(),
+        ..Picture::new(picture.width, picture.height)
+    };
+    let (a, b) = (grey(a), grey(b));
+    let Errors { non_finite, rmse, relmse, relmse_trimmed, psnr, .. } = errors(&a, &b)?;
+    let flip = statistics(&flip(&a, &b, DEFAULT_PIXELS_PER_DEGREE)?).mean;
+    Ok(CoverageErrors { non_finite, rmse, relmse, relmse_trimmed, psnr, flip })
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ mod heat;
 mod noise;
 mod statistics;
 
-pub use comparison::{Beyond, Comparison, Side, compare};
+pub use comparison::{Beyond, Comparison, CoverageErrors, Side, compare};
 pub use errors::{Errors, WorstPixel, differences, errors, share_beyond};
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip};
 pub use heat::heat_map;

@@ -44,7 +44,7 @@ pub(super) fn write_with(path: &Path, replace: Replace, write: impl FnOnce(&mut 
         Some(_) if is_protected => return Err(io::ErrorKind::PermissionDenied.into()),
         _ => {}
     }
-    let mut file = new_file_beside(&target)?;
+    let mut file = new_file_beside(&target, there.as_ref())?;
     write(&mut file)?;
     // Some file systems report a full disk only now.
     file.as_file().sync_all()?;
@@ -57,17 +57,46 @@ pub(super) fn write_with(path: &Path, replace: Replace, write: impl FnOnce(&mut 
     persisted.map(|_| ()).map_err(|failure| failure.error)
 }
 
-fn new_file_beside(target: &Path) -> io::Result<tempfile::NamedTempFile> {
+/// A file under a temporary name: as any new one, readable as far as the user's mask allows, or owned and readable as the file that it is
+/// to replace, from its first byte on.
+fn new_file_beside(target: &Path, replaced: Option<&fs::Metadata>) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".raywright-").suffix(".tmp");
+    builder.prefix(TEMPORARY).suffix(".tmp");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // As any new file: readable as far as the user's mask allows. Temporary files are private otherwise.
-        builder.permissions(fs::Permissions::from_mode(0o666));
+        // Temporary files are private otherwise; the one that takes another's place is private until it is like that one.
+        let mode = if replaced.is_some() { 0o600 } else { 0o666 };
+        builder.permissions(fs::Permissions::from_mode(mode));
     }
-    builder.tempfile_in(folder_of(target))
+    let file = builder.tempfile_in(folder_of(target))?;
+    #[cfg(unix)]
+    if let Some(replaced) = replaced {
+        take_after(file.as_file(), replaced)?;
+    }
+    #[cfg(not(unix))]
+    let _ = replaced;
+    Ok(file)
 }
+
+/// Gives a file the owner, the group and the mode of another one. Only root may give files away: where the owner or the group cannot be
+/// kept, whoever has the file's group now may do no more with it than all others.
+#[cfg(unix)]
+fn take_after(file: &fs::File, other: &fs::Metadata) -> io::Result<()> {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
+    let mut mode = other.mode() & 0o7777;
+    let own = file.metadata()?;
+    if own.uid() != other.uid() && fchown(file, Some(other.uid()), None).is_err() {
+        mode &= 0o777;
+    }
+    if own.gid() != other.gid() && fchown(file, None, Some(other.gid())).is_err() {
+        mode &= 0o707 | (mode & 0o007) << 3;
+    }
+    file.set_permissions(fs::Permissions::from_mode(mode))
+}
+
+/// What the names of unfinished files begin with.
+pub(super) const TEMPORARY: &str = ".raywright-";
 
 #[cfg(test)]
 mod tests {
@@ -183,6 +212,37 @@ mod tests {
         assert!(fs::symlink_metadata(&ahead).unwrap().is_symlink() && fs::symlink_metadata(&made).unwrap().is_file());
         let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
         assert_eq!(mode(&real), mode(&plain));
+    }
+
+    /// Protects: a file that takes another's place has its mode, its owner and its group, and so has one behind a link; while it is written,
+    /// nobody may read what nobody might read before.
+    #[cfg(unix)]
+    #[test]
+    fn the_mode_is_kept() {
+        use std::os::unix::fs::{MetadataExt, PermissionsExt};
+        let folder = tempfile::tempdir().unwrap();
+        let (path, link) = (folder.path().join("a.bin"), folder.path().join("link"));
+        std::os::unix::fs::symlink("a.bin", &link).unwrap();
+        for mode in [0o600, 0o640, 0o666, 0o604, 0o200, 0o755] {
+            fs::write(&path, "old").unwrap();
+            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            let before = fs::metadata(&path).unwrap();
+            let unfinished = || {
+                fs::read_dir(folder.path())
+                    .unwrap()
+                    .map(|entry| entry.unwrap())
+                    .find(|entry| entry.file_name().to_string_lossy().starts_with(TEMPORARY))
+            };
+            write_with(&link, Replace::Anything, |out| {
+                let meanwhile = unfinished().unwrap().metadata().unwrap().mode();
+                assert_eq!(meanwhile & 0o777 & !mode, 0, "{meanwhile:o} while {mode:o} is replaced");
+                out.write_all(b"new")
+            })
+            .unwrap();
+            let after = fs::metadata(&path).unwrap();
+            assert_eq!((after.mode(), after.uid(), after.gid()), (before.mode(), before.uid(), before.gid()), "{mode:o}");
+            fs::remove_file(&path).unwrap();
+        }
     }
 
     /// Protects: a device is written to, not replaced by a file.

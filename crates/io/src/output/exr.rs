@@ -2,17 +2,18 @@
 
 use std::io::{self, Cursor};
 
-use exr::meta::attribute::Chromaticities;
+use exr::meta::attribute::{Chromaticities, IntegerBounds};
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
     LineOrder, SmallVec, Text, Vec2, WritableImage,
 };
-use raywright_core::picture::Picture;
+use raywright_core::picture::{Picture, Window};
 
 use super::metadata::{Metadata, SOFTWARE};
 
 /// An OpenEXR file of the picture: one part, scan lines, ZIP, channels `R`, `G`, `B`, `A` where there is a coverage
-/// (associated), and one channel a layer under the layer's name. The metadata are text attributes.
+/// (associated), and one channel a layer under the layer's name. The metadata are text attributes. The display window is the whole picture,
+/// and the data window the part of it that this is.
 ///
 /// Every finite number is stored exactly. An infinite colour is stored as the largest finite number of its sign, because
 /// infinities spoil every filter that a file meets later; a NaN stays one, because no number could stand for it. Layers
@@ -21,9 +22,13 @@ pub fn exr_bytes(picture: &Picture, metadata: &Metadata) -> io::Result<Vec<u8>> 
     super::check_consistent(picture)?;
     let encoding = Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = (picture.width as usize, picture.height as usize);
-    let layer = Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(channels(picture)));
+    let whole = Window { origin: [0; 2], full: [picture.width, picture.height] };
+    let Window { origin: [x, y], full: [width, height] } = picture.window.unwrap_or(whole);
+    let place = LayerAttributes { layer_position: Vec2(x, y), ..LayerAttributes::default() };
+    let layer = Layer::new(size, place, encoding, AnyChannels::sort(channels(picture)));
     let mut image = Image::from_layer(layer);
     let text = |text: &str| Text::from_slice_unchecked(text.as_bytes());
+    image.attributes.display_window = IntegerBounds::new((0, 0), (width as usize, height as usize));
     image.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.64, 0.33),
         green: Vec2(0.30, 0.60),

@@ -19,7 +19,7 @@ use crate::error::Error;
 use crate::limits::{Limits, human_bytes};
 
 const MAGIC: [u8; 16] = *b"\x93raywright film\n";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Bytes of the longest header that is read: the list of tiles of a picture with 2³² pixels has a tenth of it.
 const MOST_HEADER: u64 = 256 << 20;

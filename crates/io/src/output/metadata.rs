@@ -39,11 +39,14 @@ pub(super) fn is_own_entry(name: &str) -> bool {
 /// OpenEXR's own attribute for the program.
 pub(super) const SOFTWARE: &str = "software";
 
+/// Names of the entry for the settings.
+pub(super) const SETTINGS: (&str, &str) = ("Raywright settings", "raywright_settings");
+
 /// `Software` and `software` are the formats' own conventions; the others say whose they are.
 const NAMES: [(&str, &str); 5] = [
     ("Software", SOFTWARE),
     ("Raywright scene hash", "raywright_scene_hash"),
-    ("Raywright settings", "raywright_settings"),
+    SETTINGS,
     ("Raywright seed", "raywright_seed"),
     ("Raywright command", "raywright_command"),
 ];

@@ -122,14 +122,25 @@ pub fn partial_name(path: &Path) -> PathBuf {
     with_suffix(path, ".partial")
 }
 
-/// The name with something between its stem and its ending.
+/// Bytes of the longest name that file systems have.
+const LONGEST_NAME: usize = 255;
+
+/// The name with something between its stem and its ending; a stem that has no room for it loses its end.
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = path.file_stem().map(OsString::from).unwrap_or_default();
-    name.push(suffix);
+    let mut end = OsString::from(suffix);
     if let Some(extension) = path.extension() {
-        name.push(".");
-        name.push(extension);
+        end.push(".");
+        end.push(extension);
     }
+    let stem = path.file_stem().unwrap_or_default();
+    let room = LONGEST_NAME.saturating_sub(end.len());
+    let mut name = if stem.len() <= room {
+        stem.to_owned()
+    } else {
+        let stem = stem.to_string_lossy();
+        stem[..stem.floor_char_boundary(room)].into()
+    };
+    name.push(end);
     path.with_file_name(name)
 }
 

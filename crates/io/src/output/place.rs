@@ -4,11 +4,12 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use same_file::Handle;
 
+use super::atomic::TEMPORARY;
 use crate::error::Error;
 
 /// Links in a row before they are taken for a circle; Linux follows as many.
@@ -25,7 +26,8 @@ pub struct Place {
 
 impl Place {
     /// The place behind a name, if a file of it can be made, as far as this can be known beforehand: there is such a folder, it
-    /// can be written to (shown by making another file in it for a moment), and no folder and no write-protected file is there.
+    /// can be written to and has room (shown by making another file in it for a moment), the name is none that the file system refuses, and
+    /// neither a folder nor a file that may not be replaced is there.
     ///
     /// # Errors
     /// An error of kind [`File`](crate::ErrorKind::File).
@@ -36,26 +38,30 @@ impl Place {
         }
         let end = follow(path).map_err(fail)?;
         let folder = folder_of(&end);
-        if folder.exists() && !folder.is_dir() {
-            return Err(fail(io::ErrorKind::NotADirectory.into()));
-        }
-        if !folder.exists() {
-            let hint = format!("create the folder first: mkdir -p {}", folder.display());
-            return Err(fail(io::ErrorKind::NotFound.into()).with_hint(hint));
-        }
-        if fs::metadata(&end).is_ok_and(|there| there.is_file() && there.permissions().readonly()) {
+        check_folder(&folder).map_err(|cause| match cause.kind() {
+            io::ErrorKind::NotFound => fail(cause).with_hint(format!("create the folder first: mkdir -p {}", folder.display())),
+            _ => fail(cause),
+        })?;
+        let there = match fs::metadata(&end) {
+            Ok(there) => Some(there),
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => None,
+            // Such as a name that is longer than any file's can be.
+            Err(cause) => return Err(fail(cause)),
+        };
+        if there.as_ref().is_some_and(|there| there.is_file() && there.permissions().readonly()) {
             let hint = "the file is write-protected; name another one, or allow writing to it first";
             return Err(fail(io::ErrorKind::PermissionDenied.into()).with_hint(hint));
         }
         // What is no regular file, a device or a pipe, is written to where it is.
-        let probe = match fs::metadata(&end) {
-            Ok(there) if !there.is_file() => None,
-            _ => Some(tempfile::Builder::new().prefix(".raywright-").tempfile_in(&folder).map_err(|e| fail(e.kind().into()))?),
+        let ignores_case = match &there {
+            Some(there) if !there.is_file() => false,
+            _ => {
+                let probe = probe(&folder).map_err(fail)?;
+                check_replaceable(&folder, there.as_ref(), &probe).map_err(fail)?;
+                let other = probe.path().file_name().map(|name| name.to_string_lossy().to_uppercase());
+                other.is_some_and(|other| probe.path().with_file_name(other).exists())
+            }
         };
-        let ignores_case = probe.is_some_and(|probe| {
-            let other = probe.path().file_name().map(|name| name.to_string_lossy().to_uppercase());
-            other.is_some_and(|other| probe.path().with_file_name(other).exists())
-        });
         let folder = folder.canonicalize().map_err(fail)?;
         let path = end.file_name().map_or_else(|| folder.clone(), |name| folder.join(name));
         Ok(Self { path, ignores_case })
@@ -95,6 +101,37 @@ impl Place {
     pub(crate) fn existing(&self) -> Option<Handle> {
         if self.path.is_file() { Handle::from_path(&self.path).ok() } else { None }
     }
+}
+
+fn check_folder(folder: &Path) -> io::Result<()> {
+    if fs::metadata(folder)?.is_dir() { Ok(()) } else { Err(io::ErrorKind::NotADirectory.into()) }
+}
+
+/// A file in a folder that is gone in a moment, of one byte, for which a full disk has no room.
+fn probe(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut probe = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(|cause| named_by_kind(&cause))?;
+    probe.write_all(&[0]).map_err(|cause| named_by_kind(&cause))?;
+    Ok(probe)
+}
+
+/// The same failure without the name of the temporary file, which says nothing to a user.
+fn named_by_kind(cause: &io::Error) -> io::Error {
+    cause.kind().into()
+}
+
+/// In a folder of all, such as `/tmp`, a file can be replaced by its owner and the folder's alone.
+#[cfg(unix)]
+fn check_replaceable(folder: &Path, there: Option<&fs::Metadata>, probe: &tempfile::NamedTempFile) -> io::Result<()> {
+    use std::os::unix::fs::MetadataExt;
+    const STICKY: u32 = 0o1000;
+    let (Some(there), folder, user) = (there, fs::metadata(folder)?, probe.as_file().metadata()?.uid()) else { return Ok(()) };
+    let is_owner = user == 0 || [there.uid(), folder.uid()].contains(&user);
+    if folder.mode() & STICKY != 0 && !is_owner { Err(io::ErrorKind::PermissionDenied.into()) } else { Ok(()) }
+}
+
+#[cfg(not(unix))]
+fn check_replaceable(_: &Path, _: Option<&fs::Metadata>, _: &tempfile::NamedTempFile) -> io::Result<()> {
+    Ok(())
 }
 
 /// What tells the regular file at a path from other ones, without keeping it open; none where there is none. Files of one fingerprint are
@@ -176,6 +213,23 @@ mod tests {
         fs::write(folder.path().join("probe"), "").unwrap();
         let ignored = folder.path().join("PROBE").exists();
         assert_eq!(Place::check(&folder.path().join("a.png")).unwrap().ignores_case, ignored);
+    }
+
+    /// Protects: a name that no file can have is refused, as one part of it and as a whole, and the longest that one can have is not.
+    #[cfg(unix)]
+    #[test]
+    fn names_that_no_file_can_have_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| Place::check(&folder.path().join(name));
+        let long = "n".repeat(256);
+        for name in [long.clone(), format!("{long}/a.png"), "n/".repeat(3000) + "a.png", "é".repeat(128)] {
+            let error = place(&name).unwrap_err();
+            assert_eq!(error.kind(), crate::ErrorKind::File);
+            assert!(error.to_string().contains("the name is too long"), "{error}");
+        }
+        place(&"n".repeat(255)).unwrap();
+        std::os::unix::fs::symlink(&long, folder.path().join("link.png")).unwrap();
+        assert!(place("link.png").is_err());
     }
 
     /// Protects: a write-protected file is the user's word that it stays as it is.

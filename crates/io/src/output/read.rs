@@ -5,11 +5,13 @@ use std::fs::File;
 use std::io::Cursor;
 use std::path::Path;
 
+use exr::meta::attribute::IntegerBounds;
 use exr::meta::header::Header;
 use exr::prelude::{AttributeValue, Compression, FlatImage, FlatSamples, MetaData, ReadChannels, ReadLayers, Text, Vec2, read};
 use png::{ColorType, Decoder, Transformations};
-use raywright_core::picture::{Encoding, Layer, Picture};
+use raywright_core::picture::{Encoding, Layer, Picture, Window};
 
+use super::metadata::SETTINGS;
 use crate::error::Error;
 use crate::folder::read_file;
 use crate::limits::{Limits, human_bytes};
@@ -26,6 +28,14 @@ pub struct StoredPicture {
     pub has_colour: bool,
     /// Texts of the file by name.
     pub texts: BTreeMap<String, String>,
+}
+
+impl StoredPicture {
+    /// The value of one of the settings that a picture of ours was made with, by the name that its file has for it, such as `gamma`.
+    pub fn setting(&self, name: &str) -> Option<&str> {
+        let settings = [SETTINGS.0, SETTINGS.1].into_iter().find_map(|entry| self.texts.get(entry))?;
+        settings.split(' ').find_map(|word| word.strip_prefix(name)?.strip_prefix('='))
+    }
 }
 
 /// No format that we read packs more than this many bytes of picture into one byte of file (DEFLATE reaches 1032), so
@@ -129,7 +139,7 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
     for chunk in &reader.info().utf8_text {
         texts.extend(chunk.get_text().ok().map(|text| (chunk.keyword.clone(), text)));
     }
-    let picture = Picture { width, height, rgb, alpha, layers: Vec::new() };
+    let picture = Picture { width, height, rgb, alpha, layers: Vec::new(), window: None };
     Ok(StoredPicture { picture, encoding: Encoding::Display, has_colour: true, texts })
 }
 
@@ -137,7 +147,7 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
     let headers = MetaData::read_from_buffered(Cursor::new(bytes), false)?.headers;
     let mut bytes_a_pixel = 0;
     for header in &headers {
-        check_header(header, headers[0].layer_size)?;
+        check_header(header, &headers[0])?;
         let Vec2(width, height) = header.layer_size;
         bytes_a_pixel += 4 * header.channels.list.len() as u64;
         check_size(width as u64, height as u64, bytes_a_pixel, bytes.len(), limits)?;
@@ -153,10 +163,13 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
 }
 
 /// Refuses what we do not read, with the reason.
-fn check_header(header: &Header, size: Vec2<usize>) -> Result<(), Failure> {
+fn check_header(header: &Header, first: &Header) -> Result<(), Failure> {
     let refuse = |what: &str| Err(Failure::Wrong(format!("an OpenEXR file with {what}")));
-    if header.layer_size != size {
+    if header.layer_size != first.layer_size {
         return refuse("parts of different sizes");
+    }
+    if header.own_attributes.layer_position != first.own_attributes.layer_position {
+        return refuse("parts in different places");
     }
     if header.deep || header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
         return refuse("deep or subsampled channels, which are not supported");
@@ -175,10 +188,11 @@ pub(crate) fn can_abort(compression: Compression) -> bool {
 
 fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {
     let several = image.layer_data.len() > 1;
-    let size =
-        image.layer_data.first().map(|part| part.size).ok_or_else(|| Failure::Wrong("an empty OpenEXR file".to_owned()))?;
+    let first = image.layer_data.first().ok_or_else(|| Failure::Wrong("an empty OpenEXR file".to_owned()))?;
+    let size = first.size;
     let dimension = |x: usize| u32::try_from(x).map_err(|_| Failure::TooLarge("too many pixels in a row or column".to_owned()));
-    let mut picture = Picture::new(dimension(size.0)?, dimension(size.1)?);
+    let window = window_of(image.attributes.display_window, first.attributes.layer_position, size);
+    let mut picture = Picture { window, ..Picture::new(dimension(size.0)?, dimension(size.1)?) };
     let mut texts = BTreeMap::new();
     let mut note = |name: &str, value: &Text| texts.insert(name.to_owned(), lossy(value.as_slice()));
     for (name, value) in &image.attributes.other {
@@ -209,6 +223,13 @@ fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {
         return Err(Failure::Wrong("not a readable OpenEXR file: its channels do not fit its size".to_owned()));
     }
     Ok(StoredPicture { picture, encoding: Encoding::Linear, has_colour, texts })
+}
+
+/// Where pixels of a size and a place lie in the display window; none: they are all of it.
+fn window_of(display: IntegerBounds, place: Vec2<i32>, size: Vec2<usize>) -> Option<Window> {
+    let origin = [place.0.saturating_sub(display.position.0), place.1.saturating_sub(display.position.1)];
+    let full = [display.size.0, display.size.1].map(|edge| u32::try_from(edge).unwrap_or(u32::MAX));
+    (origin != [0; 2] || display.size != size).then_some(Window { origin, full })
 }
 
 fn to_f32(samples: FlatSamples) -> Vec<f32> {

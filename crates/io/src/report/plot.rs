@@ -6,6 +6,8 @@ use std::fmt::Write;
 use super::labels::Labels;
 use super::scale::{Frame, Scale};
 
+use crate::masking::masked;
+
 /// A plot.
 #[derive(Clone, Debug, Default)]
 pub struct Plot {
@@ -292,8 +294,9 @@ fn arrow(x: f64, y: f64) -> String {
     format!("M{x:.1} {y:.1}v18m-4 -6l4 6l4 -6")
 }
 
+/// Text as a page or a plot holds it: what steers is masked, and what means something to them escaped.
 pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    masked(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

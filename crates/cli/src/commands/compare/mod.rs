@@ -1,16 +1,18 @@
 //! `compare`: how far two pictures are apart, judged by thresholds or by their noise, with a picture of where.
 
+mod display;
 mod noise;
 
 use std::path::Path;
 
 use raywright_core::display::Display;
-use raywright_core::metrics::{Comparison, NoiseVerdict, Side, compare, heat_map};
-use raywright_core::picture::Encoding;
+use raywright_core::metrics::{Comparison, CoverageErrors, Errors, NoiseVerdict, Side, compare, heat_map};
+use raywright_core::picture::{Encoding, Picture, Window};
 use raywright_io::output::{Format, Metadata, StoredPicture, write_png};
 use raywright_io::{Error, Inputs};
 use serde::Serialize;
 
+use self::display::{ChosenDisplay, DisplayReport};
 use crate::args::CompareArgs;
 use crate::console;
 use crate::failure::{Exit, Failure};
@@ -23,14 +25,11 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &args.diff {
         check_difference_target(path, args)?;
     }
-    let display = Display {
-        tone_map: args.tonemap.unwrap_or_default(),
-        curve: args.gamma.unwrap_or_default(),
-        exposure_stops: args.exposure.unwrap_or_default(),
-        ..Display::default()
-    };
     let (picture, reference) = (noise::read(&args.picture)?, noise::read(&args.reference)?);
     let names = [args.picture.as_path(), args.reference.as_path()];
+    refuse_other_places(&picture.stored.picture, &reference.stored.picture, names)?;
+    let shown = ChosenDisplay::of(args, &picture, &reference);
+    let display = shown.map(|shown| shown.display).unwrap_or_default();
     let verdict = args.noise.then(|| noise::judge(&picture, &reference, names, args.level)).transpose()?;
     let comparison = compare(side(&picture.stored), side(&reference.stored), display)
         .map_err(|cause| Error::input(format_args!("{} and {}", args.picture.display(), args.reference.display()), cause))?;
@@ -41,8 +40,23 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     beyond.extend(
         verdict.as_ref().filter(|verdict| verdict.beyond > 0).map(|verdict| format!("noise: {}", noise::described(verdict))),
     );
-    let noise = verdict.as_ref().map(noise::described);
-    console::print(if args.json { json(&comparison, verdict.as_ref(), &beyond) } else { text(&comparison, noise) })?;
+    let windows = [&picture, &reference].map(|judged| judged.stored.picture.window);
+    console::print(if args.json {
+        let display = shown.map(|shown| shown.report());
+        let noise = verdict.as_ref();
+        console::json(&ComparisonReport {
+            format: FORMAT,
+            comparison: &comparison,
+            display,
+            windows,
+            noise,
+            beyond_thresholds: &beyond,
+        })
+    } else {
+        let names = names.map(|name| name.display().to_string());
+        let shown = shown.map(|shown| shown.described(names.each_ref().map(String::as_str)));
+        text(&comparison, [place(windows), shown, verdict.as_ref().map(noise::described)].map(Option::unwrap_or_default))
+    })?;
     match beyond.is_empty() {
         true => Ok(()),
         false => Err(Failure::new(
@@ -63,6 +77,32 @@ fn check_difference_target(path: &Path, args: &CompareArgs) -> Result<(), Failur
     outputs.keep_clear_of(&inputs)
 }
 
+/// Pixel beside pixel, two parts of a picture that lie elsewhere in it say nothing.
+fn refuse_other_places(picture: &Picture, reference: &Picture, names: [&Path; 2]) -> Result<(), Failure> {
+    let (Some(one), Some(other)) = (picture.window, reference.window) else { return Ok(()) };
+    if one == other {
+        return Ok(());
+    }
+    let [one, other] = [one, other].map(located);
+    let names = names.map(|name| name.display().to_string());
+    let error = Error::input(names.join(" and "), format_args!("the pictures are parts of other places: {one} and {other}"));
+    Err(error.with_hint("compare pictures of one --crop").into())
+}
+
+/// Where the pictures lie in larger ones, if one of them says that it does.
+fn place(windows: [Option<Window>; 2]) -> Option<String> {
+    match windows {
+        [None, None] => None,
+        [Some(one), Some(_)] => Some(located(one)),
+        [Some(one), None] => Some(format!("{} against one that says no place", located(one))),
+        [None, Some(other)] => Some(format!("one that says no place against {}", located(other))),
+    }
+}
+
+fn located(Window { origin: [x, y], full: [width, height] }: Window) -> String {
+    format!("{x}, {y} of {width}x{height}")
+}
+
 fn side(stored: &StoredPicture) -> Side<'_> {
     Side { picture: &stored.picture, encoding: stored.encoding }
 }
@@ -76,21 +116,30 @@ fn write_difference(path: &Path, comparison: &Comparison) -> Result<(), Failure>
 
 /// What lies beyond the thresholds given, in words. A figure that is not a number is beyond any.
 fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
-    let errors = &comparison.errors;
+    let Errors { non_finite, rmse, relmse, relmse_trimmed, psnr, .. } = comparison.errors;
+    let colours = CoverageErrors { non_finite, rmse, relmse, relmse_trimmed, psnr, flip: comparison.flip.mean };
+    let of_coverage = comparison.coverage_errors.iter().flat_map(|coverage| beyond_in(args, "coverage: ", coverage));
+    beyond_in(args, "", &colours).into_iter().chain(of_coverage).collect()
+}
+
+/// The same of colours or coverage, with a word for which.
+fn beyond_in(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<String> {
     let above = [
-        ("RMSE", errors.rmse, args.max_rmse),
-        ("relMSE", errors.relmse, args.max_relmse),
-        ("trimmed relMSE", errors.relmse_trimmed, args.max_relmse_trimmed),
-        ("mean FLIP", comparison.flip.mean, args.max_flip),
+        ("RMSE", figures.rmse, args.max_rmse),
+        ("relMSE", figures.relmse, args.max_relmse),
+        ("trimmed relMSE", figures.relmse_trimmed, args.max_relmse_trimmed),
+        ("mean FLIP", figures.flip, args.max_flip),
     ];
     let above = above.into_iter().filter_map(|(name, value, limit)| {
-        limit.filter(|&limit| value > limit || value.is_nan()).map(|limit| format!("{name} {} is above {limit}", short(value)))
+        limit
+            .filter(|&limit| value > limit || value.is_nan())
+            .map(|limit| format!("{of}{name} {} is above {limit}", short(value)))
     });
-    let psnr = errors.psnr.unwrap_or(f64::INFINITY);
+    let psnr = figures.psnr.unwrap_or(f64::INFINITY);
     let below = args.min_psnr.filter(|&limit| psnr < limit || psnr.is_nan());
-    let below = below.map(|limit| format!("PSNR {} dB is below {limit} dB", short(psnr)));
-    let lost =
-        (errors.non_finite > 0 && args.has_threshold()).then(|| format!("{} pixels are not finite numbers", errors.non_finite));
+    let below = below.map(|limit| format!("{of}PSNR {} dB is below {limit} dB", short(psnr)));
+    let lost = figures.non_finite;
+    let lost = (lost > 0 && args.has_threshold()).then(|| format!("{of}{lost} pixels are not finite numbers"));
     above.chain(below).chain(lost).collect()
 }
 
@@ -102,6 +151,10 @@ struct ComparisonReport<'a> {
     format: u32,
     #[serde(flatten)]
     comparison: &'a Comparison,
+    /// How linear pictures were shown; null where there are none.
+    display: Option<DisplayReport>,
+    /// Where each picture lies in a larger one; null: it is whole, or does not say.
+    windows: [Option<Window>; 2],
     /// Whether it differs by more than noise, where that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     noise: Option<&'a NoiseVerdict>,
@@ -109,11 +162,12 @@ struct ComparisonReport<'a> {
     beyond_thresholds: &'a [String],
 }
 
-fn json(comparison: &Comparison, noise: Option<&NoiseVerdict>, beyond: &[String]) -> String {
-    console::json(&ComparisonReport { format: FORMAT, comparison, noise, beyond_thresholds: beyond })
+fn coverage(comparison: &Comparison) -> Option<String> {
+    let (largest, errors) = (comparison.coverage.filter(|&largest| largest != 0.0)?, comparison.coverage_errors?);
+    Some(format!("differs by up to {}, RMSE {}, mean FLIP {}", short(largest), short(errors.rmse), short(errors.flip)))
 }
 
-fn text(comparison: &Comparison, noise: Option<String>) -> String {
+fn text(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
     let errors = &comparison.errors;
     let numbers = match comparison.encoding {
         Encoding::Linear => "linear radiance",
@@ -132,6 +186,8 @@ fn text(comparison: &Comparison, noise: Option<String>) -> String {
     let beyond: Vec<String> = beyond.collect();
     let rows = [
         ("pixels", format!("{}x{}, {numbers}", comparison.width, comparison.height)),
+        ("place", place),
+        ("shown by", shown),
         ("identical", if comparison.identical { "yes, bit for bit" } else { "no" }.to_owned()),
         ("RMSE", short(errors.rmse)),
         ("relMSE", format!("{} ({} without the worst 0.1 %)", short(errors.relmse), short(errors.relmse_trimmed))),
@@ -139,11 +195,8 @@ fn text(comparison: &Comparison, noise: Option<String>) -> String {
         ("FLIP", format!("mean {}, largest {}", short(comparison.flip.mean), short(comparison.flip.maximum))),
         ("differ", beyond.join(", ")),
         ("worst", worst),
-        (
-            "coverage",
-            comparison.coverage.filter(|&c| c != 0.0).map_or(String::new(), |c| format!("differs by up to {}", short(c))),
-        ),
-        ("noise", noise.unwrap_or_default()),
+        ("coverage", coverage(comparison).unwrap_or_default()),
+        ("noise", noise),
         ("not finite", if errors.non_finite == 0 { String::new() } else { format!("{} pixels, left out", errors.non_finite) }),
     ];
     let rows: Vec<[String; 2]> =

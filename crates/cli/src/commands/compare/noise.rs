@@ -2,17 +2,21 @@
 
 use std::path::Path;
 
+use raywright_core::display::Display;
 use raywright_core::metrics::{NoiseVerdict, NoisyPicture};
 use raywright_core::picture::{Encoding, Picture};
-use raywright_io::output::{StoredPicture, read_film, read_picture};
+use raywright_io::output::{KeptFilm, StoredPicture, read_film, read_picture};
 use raywright_io::{Error, Limits};
 
+use super::display::told;
 use crate::failure::Failure;
 use crate::table::{short, significant};
 
 /// A picture as `compare` takes it.
 pub struct Judged {
     pub stored: StoredPicture,
+    /// How its file says that it is shown.
+    pub display: Option<Display>,
     /// Standard errors, with the degrees of freedom of each.
     pub errors: Option<(Vec<[f32; 3]>, f64)>,
 }
@@ -24,11 +28,11 @@ const FILM: &str = "film";
 pub fn read(path: &Path) -> Result<Judged, Failure> {
     let limits = Limits::default();
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(FILM)) {
-        let film = read_film(path, &limits)?.film;
+        let KeptFilm { film, display, .. } = read_film(path, &limits)?;
         let errors = film.standard_errors().map(|(errors, freedom)| (errors, f64::from(freedom)));
         let stored =
             StoredPicture { picture: film.picture(), encoding: Encoding::Linear, has_colour: true, texts: Default::default() };
-        return Ok(Judged { stored, errors });
+        return Ok(Judged { stored, display: Some(display), errors });
     }
     let stored = read_picture(path, &limits)?;
     if !stored.has_colour {
@@ -37,7 +41,7 @@ pub fn read(path: &Path) -> Result<Judged, Failure> {
         return Err(error.with_hint(format!("its channels: {channels}")).into());
     }
     let errors = layer(&stored.picture).map(|errors| (errors, freedom(&stored)));
-    Ok(Judged { stored, errors })
+    Ok(Judged { display: told(&stored), stored, errors })
 }
 
 fn layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
@@ -49,10 +53,8 @@ fn layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
 /// Degrees of freedom of a picture's standard errors, by the samples that it says it has: from 64 on, and where it was denoised, there are four
 /// replicates, below two. Of another program's nothing is known, and the least is taken.
 fn freedom(stored: &StoredPicture) -> f64 {
-    let settings = stored.texts.get("raywright_settings").map(String::as_str).unwrap_or_default();
-    let value = |key: &str| settings.split(' ').find_map(|word| word.strip_prefix(key)?.strip_prefix('='));
-    let many = value("samples").and_then(|samples| samples.parse::<u32>().ok()).is_some_and(|samples| samples >= 64);
-    if many || value("reconstruction").is_some() { 3.0 } else { 1.0 }
+    let many = stored.setting("samples").and_then(|samples| samples.parse::<u32>().ok()).is_some_and(|samples| samples >= 64);
+    if many || stored.setting("reconstruction").is_some() { 3.0 } else { 1.0 }
 }
 
 impl Judged {

@@ -11,6 +11,7 @@ use raywright_io::output::{KeptFilm, Metadata, read_film, write_film};
 use raywright_io::{Error, Inputs, Limits};
 use serde::Serialize;
 
+use super::write::shown;
 use crate::args::{FilmArgs, ProgressStyle, RenderArgs, ReportArgs, Share};
 use crate::clock::{Clock, spoken};
 use crate::console::{self, Verbosity};
@@ -27,6 +28,35 @@ const KEEP_EVERY: Duration = Duration::from_secs(60);
 /// How often a line of progress is told as JSON.
 const TELL_EVERY: Duration = Duration::from_secs(1);
 
+/// An error is estimated again when this many times as long has passed as the last estimate took: on large pictures it takes longer than a
+/// line of progress may cost.
+const ESTIMATE_EVERY: u32 = 50;
+
+/// The last estimate of a picture's error while it is rendered.
+#[derive(Default)]
+struct LatestError {
+    error: Option<Uncertainty>,
+    /// When it was finished, and how long it took.
+    made: Option<(Instant, Duration)>,
+}
+
+impl LatestError {
+    /// The error by now, estimated anew where that is due.
+    fn update(&mut self, film: &Film, is_last: bool) -> Option<Uncertainty> {
+        if is_last || self.made.is_none_or(|(at, took)| is_due(at.elapsed(), took)) {
+            let began = Instant::now();
+            self.error = film.uncertainty();
+            self.made = Some((Instant::now(), began.elapsed()));
+        }
+        self.error.clone()
+    }
+}
+
+/// Whether an estimate that took so long may be made once more after a time.
+fn is_due(passed: Duration, took: Duration) -> bool {
+    passed >= took * ESTIMATE_EVERY
+}
+
 /// Version of the layout of [`Pass`].
 const PASS_FORMAT: u32 = 1;
 
@@ -41,7 +71,7 @@ struct Pass {
     samples: [u32; 2],
     /// How many each is to have; null where time or error decide.
     of: Option<u32>,
-    /// As in the statistics; null where nothing can be told.
+    /// As in the statistics, by the latest estimate; null where nothing can be told.
     error: Option<Uncertainty>,
     /// Since the first picture began, and until the last one is finished; null where that is not known.
     seconds: f64,
@@ -135,6 +165,7 @@ impl<'a> Session<'a> {
         let deadline = self.args.budget.map(|budget| clock.began() + budget);
         let tells = report.progress == ProgressStyle::Json && report.verbosity > Verbosity::Quiet;
         let (mut keep_every, mut kept, mut told) = (KEEP_EVERY, Instant::now(), Instant::now());
+        let mut error = LatestError::default();
         loop {
             let keep_at = self.args.checkpoint.is_some().then(|| kept + keep_every);
             let tell_at = tells.then(|| told + TELL_EVERY);
@@ -145,7 +176,8 @@ impl<'a> Session<'a> {
             self.is_done = !watch.was_stopped() && (self.lacks() == 0 || watch.is_late());
             let ends = self.is_done || watch.was_stopped();
             if tells {
-                console::tell(self.pass(progress));
+                let error = error.update(&self.kept.film, ends);
+                console::tell(self.pass(progress, error));
                 told = Instant::now();
             }
             if ends || keep_at.is_some_and(|keep_at| Instant::now() >= keep_at) {
@@ -161,7 +193,7 @@ impl<'a> Session<'a> {
     }
 
     /// How far the picture has come, as a line of JSON.
-    fn pass(&self, progress: &Progress) -> String {
+    fn pass(&self, progress: &Progress, error: Option<Uncertainty>) -> String {
         let ([picture, pictures], (seconds, left)) = (progress.pieces(), progress.seconds());
         let samples = self.kept.film.samples(&self.part);
         let pass = Pass {
@@ -170,7 +202,7 @@ impl<'a> Session<'a> {
             pictures,
             samples: [*samples.start(), *samples.end()],
             of: self.kept.film.asked(),
-            error: self.kept.film.uncertainty(),
+            error,
             seconds,
             seconds_left: if self.is_done && picture + 1 == pictures { Some(0.0) } else { left },
         };
@@ -234,7 +266,7 @@ impl<'a> Session<'a> {
     /// Files that were written, this run's film among them, in words.
     pub fn with_own(&self, mut written: Vec<String>) -> String {
         let kept = self.args.checkpoint.as_ref().filter(|_| self.unkept.is_none());
-        written.extend(kept.map(|path| path.display().to_string()));
+        written.extend(kept.map(|path| shown(path)));
         written.join(", ")
     }
 
@@ -297,6 +329,14 @@ mod tests {
     use raywright_core::{Scene, prepare};
 
     use super::*;
+
+    /// Protects: estimating the error for lines of progress takes at most a fiftieth of a render's time, however large the picture.
+    #[test]
+    fn estimates_have_a_bounded_share() {
+        let [millisecond, second] = [Duration::from_millis(1), Duration::from_secs(1)];
+        assert!(is_due(second, millisecond) && is_due(second, second / 50) && is_due(Duration::ZERO, Duration::ZERO));
+        assert!(!is_due(second, second / 49) && !is_due(40 * second, second));
+    }
 
     /// Protects: samples are told as they are: one is not several, and what differs from pixel to pixel is a range.
     #[test]

@@ -43,7 +43,7 @@ fn write_to(
     Ok(match target {
         Target::Stdout => {
             let bytes = output::png_bytes(rendered.shown(), display, metadata).map_err(|error| Failure::stdout(&error))?;
-            console::print_binary(bytes)?;
+            console::print_picture(&bytes)?;
             None
         }
         Target::File(path, format) => {
@@ -60,7 +60,7 @@ fn write_to(
 }
 
 /// A file's name in the one line that tells of it.
-fn shown(path: &Path) -> String {
+pub fn shown(path: &Path) -> String {
     console::on_one_line(&path.display().to_string())
 }
 

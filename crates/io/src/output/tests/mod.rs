@@ -173,6 +173,9 @@ fn unnamed_pictures_make_way() {
 fn partial_names_keep_folder_and_ending() {
     assert_eq!(partial_name(Path::new("out/a.b.png")), Path::new("out/a.b.partial.png"));
     assert_eq!(partial_name(Path::new("a")), Path::new("a.partial"));
+    // The longest names keep within what a file system takes, and whole characters.
+    let long = partial_name(Path::new(&("é".repeat(125) + ".png")));
+    assert_eq!(long, Path::new(&("é".repeat(121) + ".partial.png")));
 }
 
 /// Protects: pictures that cannot be a file are refused, not written wrongly.

@@ -83,6 +83,35 @@ fn dwa_compression_is_refused() {
     }
 }
 
+/// Protects: the windows of a file become the place of its picture in the whole, wherever the display window begins and whatever reaches
+/// beyond it, and the place is written as it is read; parts in different places are refused.
+#[test]
+fn windows_become_places() {
+    let part = |name: &str, x: i32, y: i32| {
+        let channels = smallvec_of(AnyChannel::new("Z", FlatSamples::F32(vec![0.5; 6])));
+        let attributes = LayerAttributes { layer_position: Vec2(x, y), ..LayerAttributes::named(name) };
+        ::exr::prelude::Layer::new((3, 2), attributes, ::exr::prelude::Encoding::FAST_LOSSLESS, AnyChannels { list: channels })
+    };
+    let file = |parts: Vec<[i32; 2]>, display: ([i32; 2], [usize; 2])| {
+        let ([x, y], [width, height]) = display;
+        let window = ::exr::meta::attribute::IntegerBounds::new((x, y), (width, height));
+        let parts: SmallVec<[_; 2]> = parts.iter().zip(["one", "two"]).map(|(&[x, y], name)| part(name, x, y)).collect();
+        let mut bytes = Vec::new();
+        let image = Image::from_layers(::exr::prelude::ImageAttributes::new(window), parts);
+        image.write().to_buffered(std::io::Cursor::new(&mut bytes)).unwrap();
+        decode(&bytes)
+    };
+    let window = |place, display| file(vec![place], display).unwrap().picture.window;
+    assert_eq!(window([0, 0], ([0, 0], [3, 2])), None);
+    assert_eq!(window([7, -3], ([7, -3], [3, 2])), None);
+    assert_eq!(window([5, 6], ([4, 4], [10, 9])), Some(Window { origin: [1, 2], full: [10, 9] }));
+    assert_eq!(window([-1, -2], ([0, 0], [1, 1])), Some(Window { origin: [-1, -2], full: [1, 1] }));
+    let error = file(vec![[0, 0], [0, 1]], ([0, 0], [3, 3])).unwrap_err().to_string();
+    assert!(error.contains("parts in different places"), "{error}");
+    let picture = Picture { window: Some(Window { origin: [-4, 5], full: [20, 30] }), ..trouble() };
+    assert_eq!(decode(&exr_bytes(&picture, &metadata()).unwrap()).unwrap().picture.window, picture.window);
+}
+
 /// Protects: parts of a file keep their names, and parts of different sizes are refused.
 #[test]
 fn parts_are_told_apart() {

@@ -25,6 +25,8 @@ fn words_are_escaped() {
     let plot = Plot { title: "a<b & \"c\"".to_owned(), ..Plot::default() };
     let svg = plot.svg();
     assert!(svg.contains("a&lt;b &amp; &quot;c&quot;") && !svg.contains("a<b"), "{svg}");
+    let svg = Plot { title: "a\u{1b}[2J\0\u{202e}b\u{2028}".to_owned(), ..Plot::default() }.svg();
+    assert!(svg.contains("a\u{fffd}[2J\u{fffd}\u{fffd}b\u{fffd}"), "{svg}");
 }
 
 /// Protects: the whole spread of a point lies on the area, where its ends are a decade's line from the point.

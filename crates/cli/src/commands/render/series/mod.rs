@@ -4,12 +4,15 @@
 mod shots;
 mod together;
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use raywright_core::Ready;
 use raywright_core::denoise::DenoiseError;
 use raywright_core::framing::Silhouette;
+use raywright_core::settings::Settings;
+use raywright_core::{Scene, estimate};
 use raywright_io::{Error, Input, Inputs, Loaded};
 
 use super::{
@@ -56,6 +59,8 @@ struct Series<'a> {
     progress: Progress,
     outputs: Outputs,
     inputs: Vec<Input>,
+    /// Scenes that were read before their turn, by number, at the moment of their first picture.
+    loaded: HashMap<usize, Result<Loaded, Failure>>,
     /// What the scene read that the outputs were last held against.
     clear_of: Inputs,
     /// The files of each picture, scene after scene.
@@ -96,7 +101,7 @@ impl<'a> Series<'a> {
         }
         let progress = Progress::start("rendering", args.report.progress, args.report.verbosity).of_pieces(count);
         let (names, failed, description) = (Vec::new(), Vec::new(), Default::default());
-        let series = Self {
+        let mut series = Self {
             args,
             clock,
             stop,
@@ -104,6 +109,7 @@ impl<'a> Series<'a> {
             progress,
             outputs,
             inputs,
+            loaded: HashMap::new(),
             clear_of: Inputs::default(),
             targets,
             together,
@@ -113,13 +119,14 @@ impl<'a> Series<'a> {
             error: None,
             failed,
         };
-        series.keep_clear_of_all()?;
+        series.keep_clear_of_all(shots)?;
         Ok(series)
     }
 
     /// What a later scene names is known when it is read, which is too late for a file of its that an earlier picture would replace. So where
-    /// a picture would replace anything at all, all scenes are read beforehand; what is wrong with one is said when it is its turn.
-    fn keep_clear_of_all(&self) -> Result<(), Failure> {
+    /// a picture would replace anything at all, all scenes are read beforehand, and kept for their turn as far as they are small; what is wrong
+    /// with one is said then.
+    fn keep_clear_of_all(&mut self, shots: &[Shot]) -> Result<(), Failure> {
         let mut named = Inputs::default();
         self.inputs.iter().for_each(|input| {
             if let Input::Path(path) = input {
@@ -130,12 +137,25 @@ impl<'a> Series<'a> {
         if !self.outputs.replace_any() {
             return Ok(());
         }
-        for input in self.inputs.iter().skip(1) {
-            let loaded =
-                self.threads.run(|| scene_input::load(input, &self.args.changes, limits(self.args), &Progress::hidden()));
-            loaded.map_or(Ok(()), |loaded| self.outputs.keep_clear_of(&loaded.inputs))?;
+        let mut bytes = 0;
+        for scene in 1..self.inputs.len() {
+            let loaded = self.load(scene, shots.first().and_then(|shot| shot.at));
+            if let Ok(loaded) = &loaded {
+                self.outputs.keep_clear_of(&loaded.inputs)?;
+                bytes += bytes_of(&loaded.scene);
+            }
+            if bytes <= MOST_KEPT {
+                self.loaded.insert(scene, loaded);
+            }
         }
         Ok(())
+    }
+
+    /// Reads a scene at a moment, or at the one that the flags say.
+    fn load(&self, scene: usize, at: Option<f64>) -> Result<Loaded, Failure> {
+        let mut changes = self.args.changes.clone();
+        changes.at = at.or(changes.at);
+        self.threads.run(|| scene_input::load(&self.inputs[scene], &changes, limits(self.args), &Progress::hidden()))
     }
 
     /// Renders the pictures of all scenes; what is said in the end. A scene that can't be rendered does not keep the others away.
@@ -162,14 +182,13 @@ impl<'a> Series<'a> {
 
     /// Renders all pictures of a scene.
     fn render_scene(&mut self, scene: usize, shots: &[Shot], notes: &mut Notes) -> Result<(), Failure> {
-        let input = self.inputs[scene].clone();
         let mut moment: Option<Moment> = None;
         for (i, shot) in shots.iter().enumerate() {
             let mut own = self.args.clone();
             own.changes.at = shot.at.or(own.changes.at);
             if moment.is_none() || shot.at.is_some() {
-                let limits = limits(self.args);
-                let loaded = self.threads.run(|| scene_input::load(&input, &own.changes, limits, &Progress::hidden()))?;
+                let early = if i == 0 { self.loaded.remove(&scene) } else { None };
+                let loaded = early.unwrap_or_else(|| self.load(scene, shot.at))?;
                 // Each of thousands of moments reads the same files.
                 if loaded.inputs != self.clear_of {
                     self.outputs.keep_clear_of(&loaded.inputs)?;
@@ -269,6 +288,14 @@ fn interrupted(finished: usize, of: usize, own: Result<Vec<String>, Error>, toge
     Failure::new(Exit::Interrupted, format_args!("interrupted; {finished} of {of} pictures are finished{kept}"))
 }
 
+/// Bytes of scenes that are kept at most until it is their turn; the others are read once more then.
+const MOST_KEPT: u64 = 1 << 30;
+
+/// What a scene takes in memory, as far as it can be known.
+fn bytes_of(scene: &Scene) -> u64 {
+    estimate(scene, &Settings::of(scene)).total()
+}
+
 /// A scene at a moment.
 struct Moment {
     loaded: Loaded,
@@ -296,7 +323,31 @@ impl Moment {
 
 #[cfg(test)]
 mod tests {
-    use super::ranges;
+    use clap::Parser;
+
+    use super::*;
+    use crate::args::{Arguments, Command};
+
+    /// Protects: scenes that are read before their turn, since their files could be replaced, are read once: the picture is made of what was
+    /// read then, though the file is gone.
+    #[test]
+    fn scenes_are_read_once() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+        for name in ["a.obj", "b.obj"] {
+            std::fs::write(at(name), "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n").expect("a file");
+        }
+        let words = ["raywright", "render", &at("a.obj"), &at("b.obj"), "-s", "4x4", "--spp", "1", "-o", &at("%d.png")];
+        let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
+            panic!("a right command line")
+        };
+        std::fs::write(at("0.png"), "old").expect("a file");
+        let (shots, mut notes) = ([Shot::default()], Notes::new(console::Verbosity::Quiet));
+        let mut series = Series::start(&args, &shots).expect("nothing in the way");
+        std::fs::remove_file(at("b.obj")).expect("a file");
+        series.render(&shots, &mut notes).expect("pictures");
+        assert!(series.failed.is_empty() && std::path::Path::new(&at("1.png")).exists());
+    }
 
     /// Protects: files of many pictures are told by the first and the last of each kind, those of one picture by name, and nothing by nothing.
     #[test]

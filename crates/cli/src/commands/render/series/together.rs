@@ -8,6 +8,7 @@ use raywright_io::Error;
 use raywright_io::output::{self, Animation, AnimationFormat, Format, Metadata, Sheet};
 
 use crate::args::RenderArgs;
+use crate::commands::render::write::shown;
 use crate::failure::Failure;
 use crate::origin;
 use crate::targets::Outputs;
@@ -63,11 +64,11 @@ impl Together {
         let mut names = Vec::new();
         if let Some((path, sheet)) = self.sheet.as_ref().filter(|(_, sheet)| !sheet.is_empty()) {
             sheet.write(path, &self.metadata)?;
-            names.push(path.display().to_string());
+            names.push(shown(path));
         }
         for (path, animation) in self.animations.iter_mut().filter(|(_, animation)| !animation.is_empty()) {
             animation.write(path)?;
-            names.push(path.display().to_string());
+            names.push(shown(path));
         }
         Ok(names)
     }
@@ -83,7 +84,7 @@ impl Together {
             .into_iter()
             .map(|(path, bytes)| {
                 let bytes = bytes.map_err(|cause| Error::write(&path, &cause))?;
-                output::write_unnamed(&output::partial_name(&path), &bytes, &is_free).map(|name| name.display().to_string())
+                output::write_unnamed(&output::partial_name(&path), &bytes, &is_free).map(|name| shown(&name))
             })
             .collect()
     }

@@ -1,0 +1,91 @@
+//! How `compare` shows linear pictures where display values are needed: as flags say, else as the pictures' own files do.
+
+use raywright_core::display::Display;
+use raywright_core::picture::Encoding;
+use raywright_io::output::StoredPicture;
+use serde::Serialize;
+
+use super::noise::Judged;
+use crate::args::{CompareArgs, names};
+use crate::origin;
+
+/// The display of linear pictures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChosenDisplay {
+    pub display: Display,
+    pub source: DisplaySource,
+}
+
+/// Where the parts of a display come from that no flag gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DisplaySource {
+    /// Flags give all of them.
+    Flags,
+    /// The first picture's file.
+    Picture,
+    /// The second one's.
+    Reference,
+    /// Neither file says anything: the display of scenes that ask for none.
+    Default,
+}
+
+/// A [`ChosenDisplay`] in a report.
+#[derive(Serialize)]
+pub struct DisplayReport {
+    tone_map: String,
+    gamma: String,
+    exposure: f64,
+    from: DisplaySource,
+}
+
+impl ChosenDisplay {
+    /// The display for two pictures; none where both are of display values. Display values say how they were made, so theirs goes first.
+    pub fn of(args: &CompareArgs, picture: &Judged, reference: &Judged) -> Option<Self> {
+        let sides = [(reference, DisplaySource::Reference), (picture, DisplaySource::Picture)];
+        let is_linear = |judged: &Judged| judged.stored.encoding == Encoding::Linear;
+        if !sides.iter().any(|(judged, _)| is_linear(judged)) {
+            return None;
+        }
+        let (linear, shown): (Vec<_>, Vec<_>) = sides.into_iter().partition(|(judged, _)| is_linear(judged));
+        let own = shown.into_iter().chain(linear).find_map(|(judged, source)| Some((judged.display?, source)));
+        let (own, source) = own.unwrap_or((Display::default(), DisplaySource::Default));
+        let all_given = args.tonemap.is_some() && args.gamma.is_some() && args.exposure.is_some();
+        let display = Display {
+            tone_map: args.tonemap.unwrap_or(own.tone_map),
+            curve: args.gamma.unwrap_or(own.curve),
+            exposure_stops: args.exposure.unwrap_or(own.exposure_stops),
+            ..Display::default()
+        };
+        Some(Self { display, source: if all_given { DisplaySource::Flags } else { source } })
+    }
+
+    /// The display in a row of the table.
+    pub fn described(&self, [picture, reference]: [&str; 2]) -> String {
+        let DisplayReport { tone_map, gamma, exposure, from } = self.report();
+        let from = match from {
+            DisplaySource::Flags => String::new(),
+            DisplaySource::Picture => format!(", as {picture} says"),
+            DisplaySource::Reference => format!(", as {reference} says"),
+            DisplaySource::Default => ", taken since neither file says it".to_owned(),
+        };
+        format!("tone map {tone_map}, gamma {gamma}, exposure {exposure}{from}")
+    }
+
+    /// The display in JSON.
+    pub fn report(&self) -> DisplayReport {
+        let Display { tone_map, curve, exposure_stops, .. } = self.display;
+        let [tone_map, gamma] = [origin::name(&tone_map), origin::name(&curve)];
+        DisplayReport { tone_map, gamma, exposure: exposure_stops, from: self.source }
+    }
+}
+
+/// The display that a picture's file says it is shown by, or was.
+pub fn told(stored: &StoredPicture) -> Option<Display> {
+    Some(Display {
+        tone_map: names::parse(stored.setting("tone_map")?).ok()?,
+        curve: names::parse(stored.setting("gamma")?).ok()?,
+        exposure_stops: stored.setting("exposure")?.parse().ok()?,
+        ..Display::default()
+    })
+}
