@@ -4,8 +4,9 @@ use serde_json::{Value, json};
 
 use crate::support::{Desk, Run};
 
-/// An escape sequence, a bell, one in a single character, a deletion, a turn of direction, and a line that looks like the program's.
-const EVIL: &str = "n\u{1b}[31m\u{7}\u{9b}2J\u{7f}\u{202e}\r\nwarning: x";
+/// An escape sequence, a bell, one in a single character, a deletion, a turn of direction, separators of lines and paragraphs, what cannot be
+/// seen, and a line that looks like the program's.
+const EVIL: &str = "n\u{1b}[31m\u{7}\u{9b}2J\u{7f}\u{202e}\u{2028}\u{2029}\u{200b}\u{feff}\r\nwarning: x";
 
 /// A model whose every name steers the terminal, without a light.
 fn model() -> String {
@@ -39,9 +40,10 @@ fn scene() -> String {
     scene.to_string()
 }
 
-/// What a terminal obeys: control characters but line breaks and tabs, and turns of direction.
+/// What a terminal obeys: control characters but line breaks and tabs, separators of lines, turns of direction, and what cannot be seen.
 fn steers(c: char) -> bool {
-    c.is_control() && !matches!(c, '\n' | '\t') || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    c.is_control() && !matches!(c, '\n' | '\t')
+        || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200b}' | '\u{feff}')
 }
 
 #[track_caller]
