@@ -8,6 +8,8 @@
 //! was spread is wrong by much, and looks less dark. The true colour lies above or below by the error as the surroundings have it, so that the
 //! claim takes the mean of what is relative to both. A quarter of how far it is from the claim by the picture's own colour counts as a standard
 //! error of it, which does not become less in larger pictures.
+//!
+//! What makes the noisy picture's error doubtful makes this one doubtful: light that the samples did not find is in neither.
 
 use core::array::from_fn;
 
@@ -127,8 +129,8 @@ pub(super) fn estimate(film: &Film, four: &ReplicateQuad<'_>, mut picture: Pictu
     }
     let off = (relative.mean() - by_own.mean()).abs() / 4.0;
     let is_unknown = relative.is_unknown(off, noise / relative.pixels);
-    let doubts = [(film.is_lit_by_chance(), Doubt::LightByChance), (is_unknown, Doubt::WideInterval)];
-    let doubt = doubts.into_iter().find_map(|(is, doubt)| is.then_some(doubt));
+    // Light that few samples found is spread by the filter, and what was not found is in no part of the picture: the parts agree on both.
+    let doubt = film.uncertainty().and_then(|noisy| noisy.doubt).or(is_unknown.then_some(Doubt::WideInterval));
     let (rmse, root_relmse) = (absolute.estimate(0.0), relative.estimate(off));
     let error = Uncertainty { rmse, root_relmse, replicates: FOUR as u32, doubt };
     let brightened = if before > 0.0 { change / before } else { 0.0 };

@@ -28,7 +28,7 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
-use crate::film::{FOUR, Film, QuadError, ReplicateQuad, Uncertainty};
+use crate::film::{Estimate, FOUR, Film, QuadError, ReplicateQuad, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::{Layer, Picture};
 use crate::settings::{Aov, Sampling};
@@ -93,10 +93,12 @@ pub struct Denoised {
 }
 
 impl Denoised {
-    /// Whether its relative error is below another one: where its own interval says so, or is so wide that it says little but ends below and
-    /// the noisy picture's error is.
+    /// Whether its relative error is below another one: where its own interval says so, or says little but ends below and the noisy picture's
+    /// error is below, too. A picture of less than two blocks has no interval, and then its value counts.
     pub fn reaches(&self, error: f64, noisy: &Uncertainty) -> bool {
-        self.error.reaches(error) || self.error.root_relmse.high <= error && noisy.reaches(error)
+        let Estimate { value, high, .. } = self.error.root_relmse;
+        let most = if high.is_finite() { high } else { value };
+        most <= error && (self.error.doubt.is_none() || noisy.reaches(error))
     }
 
     /// Its colour and its errors as layers of another picture.

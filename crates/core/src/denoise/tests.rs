@@ -311,3 +311,32 @@ fn tiles_leave_no_seams() {
         assert_eq!(a, b, "{x}, {y}");
     }
 }
+
+/// Protects: what makes the noisy picture's error doubtful makes the denoised one's: where few pixels met light in one replicate alone, and where
+/// lamps are met by chance. An error that is asked for is not reached then, however small the claim is; where nothing is doubtful it is.
+#[test]
+fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
+    use crate::film::Doubt;
+    let of = |rare: bool| {
+        film_of([48, 32], |pixel, replicate| {
+            let is_lit = rare && pixel % 97 == 5 && replicate == pixel % 4;
+            grey(if is_lit { 40.0 } else { 0.5 + 0.01 * noise(21, pixel, replicate, 0) })
+        })
+    };
+    for (rare, doubt) in [(false, None), (true, Some(Doubt::FewPixels))] {
+        let film = of(rare);
+        let (found, noisy) = (denoised(&film), film.uncertainty().expect("four replicates"));
+        assert_eq!([found.error.doubt, noisy.doubt], [doubt; 2]);
+        let most = found.error.root_relmse.high.max(noisy.root_relmse.high);
+        assert_eq!(found.reaches(most, &noisy), !rare, "{rare}");
+    }
+}
+
+/// Protects: a picture of less than two blocks, of whose denoised error no interval is known, ends where the noisy one does.
+#[test]
+fn pictures_without_blocks_end() {
+    let film = film_of([4, 4], |pixel, replicate| grey(0.5 + 0.02 * noise(22, pixel, replicate, 0)));
+    let (found, noisy) = (denoised(&film), film.uncertainty().expect("four replicates"));
+    assert!(found.error.doubt.is_some() && noisy.doubt.is_none(), "{:?} {:?}", found.error, noisy);
+    assert!(found.reaches(noisy.root_relmse.high * 1.01, &noisy) && !found.reaches(noisy.root_relmse.high / 1.01, &noisy));
+}

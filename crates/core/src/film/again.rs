@@ -6,17 +6,23 @@
 //! nothing of that choice, and it is as bright on average as such pixels are. If that is what the three have for a mean, lamps are small; if
 //! it is nothing, light is rare.
 //!
-//! Where lamps are small, how bright a pixel is that was lit once is known as well as a Poisson number's mean from one event. Under
-//! Jeffreys' prior ("An Invariant Form for the Prior Probability in Estimation Problems", 1946) it has a gamma distribution of shape 3/2
-//! whose scale is the pixel's mean m. For that, 1/(T² + δ²) has a mean of √(2πm/δ)/m² and a mean square of √(2π)/4 · (m/δ)^(5/2)/m⁴ where m is
-//! far above δ. So the first is the most that a pixel's error is weighed by, up to twice the integral where m is near δ, and the second,
-//! how far that may be off, belongs to the interval. None of it is fitted to a scene. Products of replicates, which have nothing in
-//! common there, would say 1/δ², as if the pixel were black.
+//! Where lamps are small, how bright a pixel is that was lit once is known as well as a Poisson number's mean from one event. What that says
+//! depends on what was expected before. Under Jeffreys' prior ("An Invariant Form for the Prior Probability in Estimation Problems", 1946)
+//! the brightness has a gamma distribution of shape 3/2 whose scale is the pixel's mean m, and 1/(T² + δ²) a mean of √(2πm/δ)/m² and a mean
+//! square of √(2π)/4 · (m/δ)^(5/2)/m⁴ where m is far above δ. If all brightnesses are as likely before, the shape is 2, and the mean
+//! ½ ln(1 + m/δ + (m/δ)² e^(−2γ))/m², to a sixth. Scenes of small lamps lie between the two, a factor of three or four apart: the first takes
+//! pixels for too dark that are lit once, and the second for too bright. The geometric mean is the most that a pixel's error is weighed by. Both
+//! what one event leaves open and where between the two the truth is, a twelfth of their squared distance as of an even distribution, belong to
+//! the interval. None of it is fitted to a scene. Products of replicates, which have nothing in common there, would say 1/δ², as if the
+//! pixel were black.
 
 use core::f64::consts::TAU;
 use core::ops::AddAssign;
 
 use super::relative::FLOOR;
+
+/// Euler's constant γ.
+const EULER: f64 = 0.577_215_664_901_532_9;
 
 /// Share of the light of three replicates that one alone saw.
 const ALONE: f64 = 0.8;
@@ -35,14 +41,16 @@ const FEWEST: f64 = 40.0;
 pub(super) struct SingleReplicateBound {
     /// Most that a squared error is weighed by.
     pub most: [f64; 3],
-    /// How far such a weight may be off, as a share of it.
+    /// How far such a weight may be off by one event, as a share of it: by chance, in each pixel another way.
     pub deviation: [f64; 3],
+    /// And by what was expected before, in all pixels the same way.
+    pub prior: [f64; 3],
 }
 
 impl Default for SingleReplicateBound {
     /// Where nothing vouches for such light.
     fn default() -> Self {
-        Self { most: [f64::INFINITY; 3], deviation: [0.0; 3] }
+        Self { most: [f64::INFINITY; 3], deviation: [0.0; 3], prior: [0.0; 3] }
     }
 }
 
@@ -51,8 +59,16 @@ impl SingleReplicateBound {
     pub fn of(four: [[f64; 3]; 4]) -> Self {
         let mean: [f64; 3] = core::array::from_fn(|i| four.iter().map(|mean| mean[i]).sum::<f64>().max(0.0) / 4.0);
         let over = mean.map(|mean| mean / FLOOR.sqrt());
-        let most = core::array::from_fn(|i| 1.0 / (mean[i] * mean[i] / (1.0 + (TAU * over[i]).sqrt()) + FLOOR));
-        Self { most, deviation: over.map(|over| (over * over.sqrt() / (4.0 * TAU.sqrt())).sqrt()) }
+        // Where it is black the factor falls out, and must be a number.
+        let weigh = |i: usize, factor: f64| 1.0 / (mean[i] * mean[i] / factor.max(f64::MIN_POSITIVE) + FLOOR);
+        let jeffreys: [f64; 3] = core::array::from_fn(|i| weigh(i, 1.0 + (TAU * over[i]).sqrt()));
+        let even: [f64; 3] =
+            core::array::from_fn(|i| weigh(i, libm::log1p(over[i] + over[i] * over[i] * libm::exp(-2.0 * EULER)) / 2.0));
+        Self {
+            most: core::array::from_fn(|i| (jeffreys[i] * even[i]).sqrt()),
+            deviation: over.map(|over| (over * over.sqrt() / (4.0 * TAU.sqrt())).sqrt()),
+            prior: core::array::from_fn(|i| libm::log(jeffreys[i] / even[i]).abs() / 12.0_f64.sqrt()),
+        }
     }
 }
 

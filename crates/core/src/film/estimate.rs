@@ -53,7 +53,8 @@ impl<'a> ReplicateStats<'a> {
     /// Standard errors of the means of so many pixels in rows of `width`, per channel: the roots of their variances. One that is
     /// less than what so few replicates claim of the mean variance of the pixel and its neighbours in 1 of 1000 cases is taken for luck, and
     /// what they claim in 5 of 100 cases for it. Where light is rarely found, a pixel that met none of it, or the same in each replicate, would
-    /// claim far too little, and nothing at all where no sample met any. With one threshold for both, intervals of even noise would hold in 97.5 of
+    /// claim far too little, and nothing at all where no sample met any. If none of the neighbours met any, the whole picture takes their place for
+    /// a black pixel, unless it is known to have nothing in it. With one threshold for both, intervals of even noise would hold in 97.5 of
     /// 100 pixels, or those of rare light in 83. A sample's variance is compared, not a mean's, since neighbours may have other numbers of samples.
     ///
     /// m ± t·error holds the true mean m in 95 % of pixels if t is the quantile of Student's distribution for R − 1 degrees of freedom
@@ -66,19 +67,33 @@ impl<'a> ReplicateStats<'a> {
             means.iter().map(|means| if known(means) { of_sample(means) } else { [0.0; 3] }).collect();
         let counts: Vec<[f64; 3]> = means.iter().map(|means| [f64::from(u8::from(known(means))); 3]).collect();
         let near = |of: &[[f64; 3]]| around(&around(of, REACH, width, 1), REACH, pixels / width, width);
+        let of_picture: [f64; 3] = core::array::from_fn(|i| {
+            let [sum, count] = [&of_samples, &counts].map(|of| of.iter().map(|of| of[i]).sum::<f64>());
+            if count > 0.0 { sum / count } else { 0.0 }
+        });
         let (sums, counts) = (near(&of_samples), near(&counts));
-        let error = |((means, sum), count): ((&Means, &[f64; 3]), &[f64; 3])| {
+        let error = |(pixel, means): (usize, &Means)| {
             if !known(means) {
                 return [-1.0; 3];
             }
             let [luck, floor] = least(means.replicates - 1).map(|share| share / means.samples);
             let own = means.variance();
             core::array::from_fn(|i| {
-                let near = sum[i] / count[i];
+                let near = sums[pixel][i] / counts[pixel][i];
+                let near = if near == 0.0 && self.may_be_lit(pixel, i) { of_picture[i] } else { near };
                 (if own[i] < luck * near { floor * near } else { own[i] }).sqrt() as f32
             })
         };
-        means.iter().zip(&sums).zip(&counts).map(error).collect()
+        means.iter().enumerate().map(error).collect()
+    }
+
+    /// Whether a pixel is black, and not for having nothing in it as far as hits are counted.
+    fn may_be_lit(&self, pixel: usize, channel: usize) -> bool {
+        let is_empty = |plane: &ReplicateBuffer| {
+            plane.covered.get(pixel).is_some_and(|&covered| covered == 0) || plane.first_hits.get(pixel).is_some_and(|&n| n == 0)
+        };
+        let is_black = |plane: &ReplicateBuffer| plane.total(pixel)[channel] == 0.0;
+        self.planes.iter().all(|plane| is_black(plane)) && !self.planes.iter().all(|plane| is_empty(plane))
     }
 
     /// How the means of a pixel's replicates lie about the pixel's.

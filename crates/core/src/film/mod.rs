@@ -324,7 +324,15 @@ impl Film {
     /// None where there are fewer than two of them.
     pub fn standard_errors(&self) -> Option<(Vec<[f32; 3]>, u32)> {
         let freedom = self.plan.replicates.checked_sub(1).filter(|freedom| *freedom > 0 && self.plan.random)?;
-        Some((self.there().standard_errors(self.plan.pixels(), self.plan.crop.width as usize), freedom))
+        Some((self.pixel_errors(), freedom))
+    }
+
+    /// Standard errors of pixels; of a picture in which no sample found the light that was looked for, nothing is known.
+    fn pixel_errors(&self) -> Vec<[f32; 3]> {
+        if self.is_unlit() {
+            return vec![[-1.0; 3]; self.plan.pixels()];
+        }
+        self.there().standard_errors(self.plan.pixels(), self.plan.crop.width as usize)
     }
 
     fn there(&self) -> ReplicateStats<'_> {
@@ -352,11 +360,7 @@ impl Film {
             layers.push(("samples.N", all.clone().map(|pixel| planes.mean(pixel).1 as f32).collect()));
         }
         if plan.layers.standard_error {
-            let errors = if plan.random {
-                planes.standard_errors(plan.pixels(), plan.crop.width as usize)
-            } else {
-                vec![[0.0; 3]; plan.pixels()]
-            };
+            let errors = if plan.random { self.pixel_errors() } else { vec![[0.0; 3]; plan.pixels()] };
             let named = ["stderr.R", "stderr.G", "stderr.B"].into_iter().enumerate();
             layers.extend(named.map(|(i, name)| (name, errors.iter().map(|error| error[i]).collect())));
         }

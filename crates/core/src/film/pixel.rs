@@ -16,8 +16,9 @@ pub(super) struct Pixel {
     pub seen: f64,
     /// Squared products of two independent differences between replicates.
     pub product: f64,
-    /// What it may be off by since light was seen once.
+    /// What it may be off by since light was seen once, in each pixel another way, and in all the same way.
     pub unsure: f64,
+    pub prior: f64,
 }
 
 /// Weights by the means of two replicates.
@@ -36,7 +37,10 @@ impl Pixel {
         shares: [f64; 2],
     ) {
         let limited = |weights: [f64; 3]| -> [f64; 3] { core::array::from_fn(|i| weights[i].min(once.most[i])) };
-        let unsure = core::array::from_fn(|i| if among[i] > once.most[i] { once.most[i] * once.deviation[i] } else { 0.0 });
+        let off = |by: [f64; 3]| -> [f64; 3] {
+            core::array::from_fn(|i| if among[i] > once.most[i] { once.most[i] * by[i] } else { 0.0 })
+        };
+        let (unsure, prior) = (off(once.deviation), off(once.prior));
         let among = limited(among);
         let mean: [f64; 3] = core::array::from_fn(|i| at.iter().map(|mean| mean[i]).sum::<f64>() / 4.0);
         let own = within(mean, mean);
@@ -52,6 +56,7 @@ impl Pixel {
             self.seen += squares(within(a, b), within(c, d));
             self.among += squares(among, among);
             self.unsure += squares(unsure, unsure);
+            self.prior += squares(prior, prior);
             self.product += shares[1] * product(one, two, among, among);
         }
     }

@@ -174,6 +174,9 @@ pub fn error(
     };
     match noisy.doubt {
         None | Some(Doubt::FewSamples) => {}
+        Some(Doubt::FewPixels) if noisy.root_relmse.high == 0.0 => {
+            notes.warn("not converged: rays went to lamps or to the sky, and no sample found any light; more --spp may find it");
+        }
         Some(Doubt::FewPixels | Doubt::WideInterval) => notes.warn(format!(
             "not converged: a few pixels carry most of the noise ({noise}), as where light is rarely found; more --spp finds it more often"
         )),
@@ -222,6 +225,16 @@ fn with_interval(of: Estimate) -> String {
     format!("{} ({} to {})", significant(of.value, 3), significant(of.low, 3), significant(of.high, 3))
 }
 
+/// Why nothing is claimed of a denoised picture.
+fn unknown(doubt: Doubt) -> &'static str {
+    match doubt {
+        Doubt::FewSamples => "there are too few samples to tell",
+        Doubt::LightByChance => "lamps and suns that are met by chance alone were met too seldom",
+        Doubt::FewPixels => "light was found too rarely",
+        Doubt::WideInterval => "the picture is too small to tell",
+    }
+}
+
 /// What is claimed of a denoised picture; none where there is none.
 fn denoised(rendered: &Rendered, notes: &mut Notes) -> Option<String> {
     let denoised = match rendered.denoised.as_ref()? {
@@ -236,13 +249,13 @@ fn denoised(rendered: &Rendered, notes: &mut Notes) -> Option<String> {
     let root_relmse = denoised.error.root_relmse;
     let (error, figures) = match denoised.error.doubt {
         None => (format!("error {}", with_interval(root_relmse)), told(&denoised.error)),
-        Some(Doubt::LightByChance) => {
-            let but = "but for light that was not found";
-            (format!("error {}, {but}", with_interval(root_relmse)), format!("{}, {but}", told(&denoised.error)))
-        }
-        Some(_) => {
+        Some(Doubt::WideInterval) if root_relmse.high.is_finite() => {
             let most = format!("at most about {}", significant(root_relmse.high, 2));
             (format!("error {most}"), format!("root relMSE not known, {most}"))
+        }
+        Some(doubt) => {
+            let why = unknown(doubt);
+            (format!("error not known, since {why}"), format!("root relMSE not known, since {why}"))
         }
     };
     notes.detail(format_args!("denoised (biased): {figures}; {light}"));

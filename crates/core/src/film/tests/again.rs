@@ -39,29 +39,42 @@ fn bright_light_needs_more_to_vouch_for_it() {
     assert!(!vouch(&[(300, [0.25, 0.25, 0.0, 0.0])]) && vouch(&[(300, [0.35, 0.35, 0.0, 0.0])]));
 }
 
-/// Protects: a pixel that was lit once is weighed by what 1/(T² + 0.01) is on average if T has a gamma distribution of shape 3/2 and its mean
-/// for a scale: by no less, by twice as much at most where it is dark, and by a tenth more where it is bright. How far that may be off
-/// is the root of the mean square there. The integrals are sums over steps of a thousandth in log T.
+/// Protects: a pixel that was lit once is weighed by the geometric mean of what 1/(T² + 0.01) is on average if T has gamma distributions of
+/// shapes 3/2 and 2 and its mean for a scale: by a tenth less to two fifths more. How far apart the two are is known to as much, and where it is
+/// bright the share of the mean square under the first. The integrals are sums over steps of a thousandth in log T.
 #[test]
 fn what_was_seen_once_has_a_gamma_distribution() {
-    for (mean, largest) in [(0.01, 2.05), (0.1, 2.05), (1.0, 2.05), (10.0, 1.25), (100.0, 1.1), (1000.0, 1.05)] {
-        let (mut first, mut second) = (0.0, 0.0);
-        for step in -30_000..5_000 {
-            let t = (f64::from(step) / 1000.0).exp();
-            let density = t.powf(1.5) * (-t).exp() / (core::f64::consts::PI.sqrt() / 2.0) / 1000.0;
-            let weight = 1.0 / (mean * mean * t * t + 0.01);
-            first += density * weight;
-            second += density * weight * weight;
-        }
+    for mean in [0.01, 0.1, 1.0, 10.0, 100.0, 1000.0] {
+        let moments = |shape: f64, norm: f64| {
+            let (mut first, mut second) = (0.0, 0.0);
+            for step in -30_000..5_000 {
+                let t = (f64::from(step) / 1000.0).exp();
+                let density = t.powf(shape) * (-t).exp() / norm / 1000.0;
+                let weight = 1.0 / (mean * mean * t * t + 0.01);
+                first += density * weight;
+                second += density * weight * weight;
+            }
+            [first, second]
+        };
+        let [jeffreys, even] = [moments(1.5, core::f64::consts::PI.sqrt() / 2.0), moments(2.0, 1.0)];
         // Of four replicates one has all of the light.
         let once = SingleReplicateBound::of([[0.0; 3], [4.0 * mean; 3], [0.0; 3], [0.0; 3]]);
-        let ratio = once.most[0] / first;
-        assert!((0.99..=largest).contains(&ratio), "{mean}: {ratio}");
-        if mean >= 1.0 {
-            let ratio = (once.most[0] * once.deviation[0]).powi(2) / second;
-            assert!((1.0..=1.2).contains(&ratio), "{mean}: {ratio}");
+        let ratio = once.most[0] / (jeffreys[0] * even[0]).sqrt();
+        assert!((0.9..=1.4).contains(&ratio), "{mean}: {ratio}");
+        let apart = once.prior[0] * 12.0_f64.sqrt() - (jeffreys[0] / even[0]).ln();
+        assert!((-0.1..0.8).contains(&apart), "{mean}: {apart}");
+        if mean >= 100.0 {
+            let ratio = once.deviation[0].powi(2) / (jeffreys[1] / (jeffreys[0] * jeffreys[0]));
+            assert!((0.85..=1.0).contains(&ratio), "{mean}: {ratio}");
         }
     }
+}
+
+/// Protects: what is black was lit never, and has a weight that is a number.
+#[test]
+fn what_is_black_is_weighed_as_black() {
+    let SingleReplicateBound { most, deviation, prior } = SingleReplicateBound::of([[0.0; 3]; 4]);
+    assert_eq!((most, deviation, prior), ([100.0; 3], [0.0; 3], [0.0; 3]));
 }
 
 /// Protects: where others vouch for it, pixels that were lit once are relative to no less than a gamma distribution says, and those that were
@@ -74,9 +87,12 @@ fn errors_of_light_that_is_vouched_for_by_hand() {
     let found = film(&pixels).uncertainty().expect("four replicates");
     assert_eq!(found.doubt, None);
     // A mean of 1/2, which is five times 0.1.
-    let root = (core::f64::consts::TAU * 5.0).sqrt();
-    let lit_once = 3.0 * 0.25 / (0.25 / (1.0 + root) + 0.01);
+    let factors =
+        [1.0 + (core::f64::consts::TAU * 5.0).sqrt(), (6.0 + 25.0 * (-2.0 * 0.577_215_664_901_532_9_f64).exp()).ln() / 2.0];
+    let [jeffreys, even] = factors.map(|factor| 1.0 / (0.25 / factor + 0.01));
+    let lit_once = 3.0 * 0.25 * (jeffreys * even).sqrt();
     let unsure = lit_once * (5.0_f64.powf(1.5) / (4.0 * core::f64::consts::TAU.sqrt())).sqrt();
+    let prior = lit_once * (jeffreys / even).ln() / 12.0_f64.sqrt();
     // Across: 0.01/(0.01² + 2²). Among: 4/6 and 0.01.
     let twice = [0.01 / (0.01 * 0.01 + 4.0), 1.0 / (4.0 / 6.0 + 0.01)].map(|weight| 3.0 * weight / 3.0);
     let [across, among] = twice.map(|twice| 100.0 * (lit_once + twice));
@@ -85,7 +101,8 @@ fn errors_of_light_that_is_vouched_for_by_hand() {
     // In two pairings of three both differences are 2, in each of three channels.
     let product = 100.0 * 2.0 / 3.0 * (3.0 * twice[1] * 4.0_f64).powi(2);
     let weights = 100.0 * (twice[0] - twice[1]).powi(2) / (across * across);
-    let relative_to = (across / among).ln().abs() / 2.0 + (100.0 * unsure * unsure / (across * among)).sqrt();
+    let once = (100.0 * unsure * unsure / (across * among)).sqrt() + 100.0 * prior / (across * among).sqrt();
+    let relative_to = (across / among).ln().abs() / 2.0 + once;
     // No less than two hundred equal variances would say.
     let products = (product / 24.0 / (among * among)).max(8.0 / 9.0 / 200.0);
     let width = student_95(200) * (products + weights + relative_to * relative_to).sqrt();

@@ -36,21 +36,24 @@ fn standard_errors_by_hand() {
 
 /// Protects: a pixel that claims next to nothing beside the variance that it and its neighbours have on average, per sample, claims a ninth, and none claims nothing
 /// where a neighbour met light: nine pixels of four replicates, of which the middle one met none, and its neighbours 4 in one replicate, a
-/// variance of 1 each, have 8/9. A pixel that no neighbour has light beside claims nothing; one that varies more than its neighbours
+/// variance of 1 each, have 8/9. A pixel that no neighbour has light beside is held against the whole picture, unless nothing is in it; one that varies more than its neighbours
 /// claims what it did; a neighbour without a second replicate does not count; and one of twice the samples has twice the variance per sample.
 #[test]
 fn no_error_is_far_below_the_neighbours() {
-    let errors = |width: usize, pixels: &[[f64; 4]], samples: &dyn Fn(usize, usize) -> u16| {
+    let errors_of = |width: usize, pixels: &[[f64; 4]], covered: Vec<u32>, samples: &dyn Fn(usize, usize) -> u16| {
         let plane = |replicate: usize| {
             let each = pixels.iter().enumerate();
             let counts: Vec<u16> = (0..pixels.len()).map(|pixel| samples(pixel, replicate)).collect();
             let sums = each.map(|(pixel, means)| [means[replicate] * f64::from(counts[pixel]); 3]).collect();
             ReplicateBuffer { sums, samples: counts, ..ReplicateBuffer::default() }
         };
-        let planes: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
+        let mut planes: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
+        planes.iter_mut().for_each(|plane| plane.covered.clone_from(&covered));
         let errors = ReplicateStats::new(planes.iter(), false).standard_errors(pixels.len(), width);
         errors.iter().map(|error| f64::from(error[1])).collect::<Vec<f64>>()
     };
+    let errors =
+        |width: usize, pixels: &[[f64; 4]], samples: &dyn Fn(usize, usize) -> u16| errors_of(width, pixels, Vec::new(), samples);
     const LEAST: f64 = 0.117_282;
     let (dark, lit) = ([0.0; 4], [0.0, 0.0, 4.0, 0.0]);
     let mut nine = [lit; 9];
@@ -59,7 +62,12 @@ fn no_error_is_far_below_the_neighbours() {
     assert!((found[4] - (LEAST * 8.0 / 9.0).sqrt()).abs() < 1e-6, "{found:?}");
     assert!((found[0] - 1.0).abs() < 1e-6 && errors(3, &[dark; 9], &|_, _| 2) == [0.0; 9]);
     let row = errors(4, &[dark, dark, dark, lit], &|_, _| 2);
-    assert!(row[0] == 0.0 && (row[1] - (LEAST / 4.0).sqrt()).abs() < 1e-6 && (row[3] - 1.0).abs() < 1e-6, "{row:?}");
+    assert!((row[1] - (LEAST / 4.0).sqrt()).abs() < 1e-6 && (row[3] - 1.0).abs() < 1e-6, "{row:?}");
+    assert!((row[0] - (LEAST / 4.0).sqrt()).abs() < 1e-6, "{row:?}");
+    let row = errors_of(4, &[dark, dark, dark, lit], vec![0, 0, 0, 1], &|_, _| 2);
+    assert_eq!(row[0], 0.0, "nothing is there");
+    // Light of its own that does not vary is no noise.
+    assert_eq!(errors(4, &[[3.0; 4], [3.0; 4], [3.0; 4], lit], &|_, _| 2)[0], 0.0);
     // Known by one replicate, a neighbour says nothing, and nothing is known of it.
     let row = errors(3, &[lit, dark, lit], &|pixel, replicate| if pixel == 0 && replicate > 0 { 0 } else { 2 });
     assert!(row[0] == -1.0 && (row[1] - (LEAST / 2.0).sqrt()).abs() < 1e-6, "{row:?}");

@@ -255,3 +255,48 @@ fn nothing_is_said_of_nothing() {
     ready.render_part(&mut film, &first, &()).expect("its own film");
     assert!(film.uncertainty().is_none());
 }
+
+/// Protects: small pictures, and small things before nothing, are not doubted for being small: of even noise in one pixel or ten among a
+/// thousand without any, errors are known as well as the interval says. Where few of many with noise have most of it, and where what ten
+/// saw is hardly seen again, they are doubted.
+#[test]
+fn pixels_without_noise_do_not_count() {
+    let noisy = [1.0, 1.1, 0.9, 1.05];
+    let doubt = |pixels: &[[f64; 4]]| film(pixels).uncertainty().expect("four replicates").doubt;
+    let mut small = [[0.5; 4]; 1000];
+    small[300..310].fill(noisy);
+    assert_eq!([doubt(&[noisy]), doubt(&[noisy; 16]), doubt(&small)], [None; 3]);
+    let mut quiet = [[1.0, 1.01, 0.99, 1.0]; 1000];
+    quiet[300..310].fill([1.0, 1.9, 0.6, 1.4]);
+    assert_eq!(doubt(&quiet), Some(Doubt::FewPixels));
+    small[300..310].fill([1.0, 2.6, 0.5, 0.3]);
+    assert_eq!(doubt(&small), Some(Doubt::FewPixels));
+}
+
+/// Protects: where few pixels carry the error, one that is ten times what the upper end says is reached, and no smaller one; where too few
+/// lamps were met, none is.
+#[test]
+fn doubts_of_few_pixels_fall_silent_far_below() {
+    let mut pixels = [[1.0, 1.01, 0.99, 1.0]; 100];
+    pixels[40] = [1.0, 1.0, 1.0, 9.0];
+    let found = film(&pixels).uncertainty().expect("four replicates");
+    let high = found.root_relmse.high;
+    assert_eq!(found.doubt, Some(Doubt::FewPixels));
+    assert_eq!([9.99, 10.01].map(|times| found.reaches(times * high)), [false, true]);
+    let by_chance = crate::film::Uncertainty { doubt: Some(Doubt::LightByChance), ..found };
+    assert!(!by_chance.reaches(100.0 * high));
+}
+
+/// Protects: a black picture is no right one where rays went to lamps: it is doubted, reaches no error, and of its pixels nothing is known. Where
+/// none did, nothing is wrong with it.
+#[test]
+fn a_black_picture_is_doubted_where_there_are_lamps() {
+    let of = |shadow| {
+        let mut film = film(&[[0.0; 4]; 10]);
+        film.counters.shadow = shadow;
+        let found = film.uncertainty().expect("four replicates");
+        (found.doubt, found.reaches(1.0), film.standard_errors().expect("four replicates").0[0])
+    };
+    assert_eq!(of(0), (None, true, [0.0; 3]));
+    assert_eq!(of(100), (Some(Doubt::FewPixels), false, [-1.0; 3]));
+}
