@@ -205,7 +205,7 @@ mod tests {
                     let seen = |degrees: f64| {
                         let angle = degrees.to_radians();
                         let at = R::Vec3::from_f64(DVec3::new(libm::sin(angle), -libm::cos(angle), 0.0));
-                        light::<R>(kind, 1.0).sample(at).map_or(0.0, |seen| seen.arriving.to_f64().x)
+                        light::<R>(kind.clone(), 1.0).sample(at).map_or(0.0, |seen| seen.arriving.to_f64().x)
                     };
                     assert!(
                         (seen(0.99 * outer_angle) - 1.0).abs() < 1e-6,
