@@ -10,9 +10,9 @@ use raywright_core::Scene;
 use raywright_core::effects::{has_light, lights_reach, neutral_sky};
 use raywright_core::scene::{Colour, Image, Sky, SkyMap, Studio};
 
-use crate::error::Error;
+use crate::error::{Error, Warning};
 use crate::folder::{Folder, read_file};
-use crate::image_file;
+use crate::image_file::{self, Decoded};
 use crate::import::FaultKind;
 use crate::limits::{Limits, human_bytes};
 use crate::source::Format;
@@ -74,6 +74,7 @@ pub(crate) fn apply(
     wish: &Environment,
     folder: &Folder,
     limits: &Limits,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Option<LightShortage>, Error> {
     let studio = || Sky::Studio(Studio::default());
     match &wish.source {
@@ -84,7 +85,7 @@ pub(crate) fn apply(
             scene.sky = Some(studio());
             scene.lights.clear();
         }
-        Some(EnvironmentSource::File(path)) => picture(scene, path, folder, limits)?,
+        Some(EnvironmentSource::File(path)) => picture(scene, path, folder, limits, warnings)?,
     }
     if wish.source.is_some() {
         folder.note(format!("environment {:?}", wish.source).as_bytes());
@@ -127,7 +128,7 @@ fn shortage(scene: &Scene, format: Format) -> Option<LightShortage> {
     }
 }
 
-fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits) -> Result<(), Error> {
+fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits, warnings: &mut Vec<Warning>) -> Result<(), Error> {
     let unreadable = |cause: std::io::Error| Error::read(path, &cause);
     folder.note_file(path);
     // A pipe could keep a reader waiting for ever, and a folder is none.
@@ -139,17 +140,18 @@ fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits) -> 
         || Error::limit(path.display(), format!("the file is larger than the limit of {}", human_bytes(limits.file_bytes)));
     let bytes = bytes.ok_or_else(larger)?;
     folder.note(&bytes);
-    let data = image_file::decode(&bytes, limits).map_err(|fault| match fault.kind {
+    let Decoded { image, remarks } = image_file::decode(&bytes, limits).map_err(|fault| match fault.kind {
         FaultKind::Limit => Error::limit(path.display(), fault.message),
         FaultKind::Input | FaultKind::Choice => {
             Error::input(path.display(), fault.message).with_hint("an environment is an equirectangular .hdr or .exr picture")
         }
     })?;
+    warnings.extend(remarks.into_iter().map(|remark| Warning::new(path.display(), remark)));
     let mut name = "environment".to_owned();
     while scene.images.iter().any(|image| image.name == name) {
         name.push('\'');
     }
-    scene.images.push(Image { name: name.clone(), path: path.display().to_string(), data: Some(Arc::new(data)) });
+    scene.images.push(Image { name: name.clone(), path: path.display().to_string(), data: Some(Arc::new(image)) });
     scene.sky = Some(Sky::Map(SkyMap { image: name, rotation: 0.0, strength: 1.0 }));
     Ok(())
 }
@@ -200,7 +202,7 @@ mod tests {
 
     fn under(sky: Option<Sky>, wish: Environment) -> Result<Scene, Error> {
         let mut scene = Scene { sky, ..Scene::default() };
-        apply(&mut scene, Format::Glb, &wish, &Folder::none(1 << 20), &Limits::default()).map(|_| scene)
+        apply(&mut scene, Format::Glb, &wish, &Folder::none(1 << 20), &Limits::default(), &mut Vec::new()).map(|_| scene)
     }
 
     fn gradient() -> Sky {
@@ -251,7 +253,8 @@ mod tests {
             let bare = Scene { lights: brightness.map(light).into_iter().collect(), ..Scene::default() };
             let lit = |wish: &Environment| {
                 let mut scene = bare.clone();
-                let added = apply(&mut scene, format, wish, &Folder::none(1 << 20), &Limits::default()).expect("no file");
+                let added = apply(&mut scene, format, wish, &Folder::none(1 << 20), &Limits::default(), &mut Vec::new())
+                    .expect("no file");
                 (added, scene.sky, scene.lights.len())
             };
             let (why, sky) = expected.unzip();

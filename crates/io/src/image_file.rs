@@ -2,6 +2,10 @@
 //!
 //! Only pixels are read: colour profiles, gamma chunks and camera orientation are ignored, as glTF 2.0 asks for (section 3.8.3).
 
+mod light;
+mod open_exr;
+mod radiance;
+
 use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
@@ -26,11 +30,9 @@ pub(crate) enum Kind {
 
 /// Looks at the first bytes; names and media types in files lie.
 pub(crate) fn sniff(bytes: &[u8]) -> Kind {
-    const SIGNATURES: [(&[u8], Kind); 10] = [
+    const SIGNATURES: [(&[u8], Kind); 8] = [
         (b"\x89PNG\r\n\x1a\n", Kind::Png),
         (b"\xff\xd8\xff", Kind::Jpeg),
-        (b"#?RADIANCE", Kind::Hdr),
-        (b"#?RGBE", Kind::Hdr),
         (b"\x76\x2f\x31\x01", Kind::Exr),
         (ktx2::SIGNATURE, Kind::Ktx2),
         (b"GIF8", Kind::Foreign("GIF")),
@@ -41,7 +43,24 @@ pub(crate) fn sniff(bytes: &[u8]) -> Kind {
     if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
         return Kind::WebP;
     }
+    if radiance::is_radiance(bytes) {
+        return Kind::Hdr;
+    }
     SIGNATURES.iter().find(|(head, _)| bytes.starts_with(head)).map_or(Kind::Unknown, |&(_, kind)| kind)
+}
+
+/// A picture, and what of it was not taken as it is.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Decoded {
+    pub image: ImageData,
+    /// What a user should know, each a sentence whose subject is the picture.
+    pub remarks: Vec<String>,
+}
+
+impl From<ImageData> for Decoded {
+    fn from(image: ImageData) -> Self {
+        Self { image, remarks: Vec::new() }
+    }
 }
 
 /// Decodes a whole image file.
@@ -52,7 +71,7 @@ pub(crate) fn sniff(bytes: &[u8]) -> Kind {
 /// # Errors
 /// A fault of kind limit when the header asks for more than `limits` allow (nothing is allocated then); of kind input when
 /// the format is not read here or the data is broken.
-pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
+pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     let kind = sniff(bytes);
     if !matches!(kind, Kind::Foreign(_) | Kind::Unknown) {
         // What the decoder gives, and the same as it is kept.
@@ -61,14 +80,14 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
     }
     match kind {
         Kind::Png => match decode_palette(bytes, limits) {
-            Some(image) => Ok(image),
-            None => decode_with(ImageFormat::Png, bytes, limits),
+            Some(image) => Ok(image.into()),
+            None => decode_with(ImageFormat::Png, bytes, limits).map(Decoded::from),
         },
-        Kind::Jpeg => decode_with(ImageFormat::Jpeg, bytes, limits),
-        Kind::WebP => decode_with(ImageFormat::WebP, bytes, limits),
-        Kind::Hdr => decode_with(ImageFormat::Hdr, bytes, limits),
-        Kind::Exr => decode_exr(bytes, limits),
-        Kind::Ktx2 => ktx2::decode(bytes, limits),
+        Kind::Jpeg => decode_with(ImageFormat::Jpeg, bytes, limits).map(Decoded::from),
+        Kind::WebP => decode_with(ImageFormat::WebP, bytes, limits).map(Decoded::from),
+        Kind::Hdr => radiance::decode(bytes, limits),
+        Kind::Exr => open_exr::decode(bytes, limits),
+        Kind::Ktx2 => ktx2::decode(bytes, limits).map(Decoded::from),
         Kind::Foreign(name) => Err(Fault::input(format!("is a {name} picture; PNG, JPEG, WebP, KTX2, HDR and EXR are read"))),
         Kind::Unknown => Err(Fault::input("is no picture that is read here (PNG, JPEG, WebP, KTX2, HDR, EXR)")),
     }
@@ -97,11 +116,11 @@ fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
         Kind::Png => size(ImageFormat::Png),
         Kind::Jpeg => size(ImageFormat::Jpeg),
         Kind::WebP => size(ImageFormat::WebP),
-        Kind::Hdr => size(ImageFormat::Hdr),
-        Kind::Exr => exr_size(bytes, limits),
+        Kind::Hdr => radiance::size(bytes, limits),
+        Kind::Exr => open_exr::size(bytes, limits),
         Kind::Ktx2 => ktx2::size(bytes, limits),
         // Decoding says what is wrong with it.
-        Kind::Foreign(_) | Kind::Unknown => decode(bytes, limits).map(|image| [image.width, image.height]),
+        Kind::Foreign(_) | Kind::Unknown => decode(bytes, limits).map(|decoded| [decoded.image.width, decoded.image.height]),
     }
 }
 
@@ -169,9 +188,6 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
     let (width, height) = decoder.dimensions();
     let picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
     let pixels = match picture {
-        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
-            Pixels::Linear(picture.into_rgba32f().pixels().map(|p| p.0.map(usable)).collect())
-        }
         // The two most common kinds are copied as they are; the general way looks at every pixel's colour space.
         DynamicImage::ImageRgb8(picture) => {
             Pixels::Codes(picture.as_raw().as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect())
@@ -213,63 +229,6 @@ fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
         pixels.extend(row.data().iter().map(|&code| colours[usize::from(code)]));
     }
     (pixels.len() == count).then_some(ImageData { width, height, pixels: Pixels::Codes(pixels) })
-}
-
-fn broken_exr(error: exr::error::Error) -> Fault {
-    Fault::input(format!("is a broken EXR picture ({error})"))
-}
-
-/// Width and height of the largest part of an EXR file, all of whose headers are looked at.
-fn exr_size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
-    let meta = exr::prelude::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken_exr)?;
-    let mut largest = [0, 0];
-    for header in &meta.headers {
-        let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
-        check_size(width, height, limits)?;
-        if crate::output::can_abort(header.compression) {
-            return Err(Fault::input("is an EXR picture with DWA compression, which is not read here; ZIP is"));
-        }
-        // Fewer than `image_pixels`, which no side exceeds.
-        let size = [width as u32, height as u32];
-        if u64::from(largest[0]) * u64::from(largest[1]) < width * height {
-            largest = size;
-        }
-    }
-    Ok(largest)
-}
-
-fn decode_exr(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
-    use exr::prelude::{ReadChannels, ReadLayers, read};
-    exr_size(bytes, limits)?;
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgba_channels(
-            |size, _| (size.0, vec![[0.0_f32; 4]; size.0 * size.1]),
-            |(width, pixels): &mut (usize, Vec<[f32; 4]>), at, (r, g, b, a): (f32, f32, f32, f32)| {
-                if let Some(slot) = pixels.get_mut(at.1 * *width + at.0) {
-                    *slot = [r, g, b, a].map(usable);
-                }
-            },
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(broken_exr)?;
-    let size = image.layer_data.size;
-    let (width, height) = (u32::try_from(size.0), u32::try_from(size.1));
-    match (width, height) {
-        (Ok(width), Ok(height)) => {
-            Ok(ImageData { width, height, pixels: Pixels::Linear(image.layer_data.channel_data.pixels.1) })
-        }
-        _ => Err(Fault::input("is a broken EXR picture (size)")),
-    }
-}
-
-/// A value that light can have: neither NaN nor infinite nor negative.
-fn usable(value: f32) -> f32 {
-    if value.is_nan() { 0.0 } else { value.clamp(0.0, f32::MAX) }
 }
 
 #[cfg(test)]

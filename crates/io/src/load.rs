@@ -190,10 +190,10 @@ fn model(
     }
     let ModelOptions { scene, variant } = &options.model;
     let choice = Choice { scene: scene.as_deref(), variant: variant.as_deref(), time: options.overrides.at };
-    let Model { mut scene, warnings, contents } =
+    let Model { mut scene, mut warnings, contents } =
         model_file::load(format, path, &bytes, (folder, &options.limits), &choice, observer)?;
     within_limits(&name, &scene, &options.limits)?;
-    let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits)?;
+    let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits, &mut warnings)?;
     let source = SourceInfo::new(name, stem, format, None);
     Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents, added_sky })
 }
@@ -210,11 +210,11 @@ fn native_scene(
     note_overrides(folder, &options.overrides);
     let mut parsed = native::parse(name, text, notation, &options.overrides)?;
     within_limits(name, &parsed.scene, &options.limits)?;
-    let warnings = native::files::read(&mut parsed, folder, &options.limits)?;
+    let mut warnings = native::files::read(&mut parsed, folder, &options.limits)?;
     let mut scene = parsed.scene;
     within_limits(name, &scene, &options.limits)?;
     let format = Format::Native(notation);
-    let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits)?;
+    let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits, &mut warnings)?;
     let source = SourceInfo::new(name, stem, format, Some(text.into()));
     let contents = Contents::default();
     Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents, added_sky })

@@ -8,7 +8,7 @@ use raywright_core::validate::Problem;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::error::Error;
 use crate::native::{self, Notation};
-use crate::text::lines;
+use crate::text::{lines, without_mark};
 use crate::{ply, stl};
 
 /// What a scene was written in.
@@ -73,7 +73,7 @@ impl Format {
     }
 
     fn of_content(bytes: &[u8]) -> Option<Self> {
-        let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+        let start = without_mark(bytes).trim_ascii_start();
         if ply::is_ply(bytes) {
             return Some(Self::Ply);
         }

@@ -19,10 +19,21 @@ pub(crate) fn refuse_foreign(bytes: &[u8]) -> Outcome<()> {
     Ok(())
 }
 
-/// The lines of a text that ends them by line feeds, with or without carriage returns, or by carriage returns alone.
+/// A text without the byte order mark of UTF-8 that some editors put before it.
+pub(crate) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
+/// The lines of a text, each of which may end by a line feed, a carriage return or both.
 pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
-    let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
-    bytes.split(move |&byte| byte == end)
+    let mut rest = Some(bytes);
+    std::iter::from_fn(move || {
+        let text = rest?;
+        let Some(length) = text.iter().position(|byte| matches!(byte, b'\r' | b'\n')) else { return rest.take() };
+        let (line, end) = text.split_at(length);
+        rest = end.strip_prefix(b"\r\n").or_else(|| end.get(1..));
+        Some(line)
+    })
 }
 
 /// The part of a word that is a number, and its value, as C's `strtod` finds it: files have `1.0f` and `3.1+e2`. A number with a
@@ -57,6 +68,15 @@ pub(crate) fn no_number(keyword: &str, word: &str) -> Fault {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Protects: each of the three ends of a line ends one, also where a text mixes them, and a pair ends one and not two.
+    #[test]
+    fn lines_end_in_three_ways() {
+        let found: Vec<&[u8]> = lines(b"a\rb\nc\r\n\r\nd\n\re").collect();
+        assert_eq!(found, [b"a".as_slice(), b"b", b"c", b"", b"d", b"", b"e"]);
+        assert_eq!(lines(b"").collect::<Vec<_>>(), [b""]);
+        assert_eq!(lines(b"a\r").collect::<Vec<_>>(), [b"a".as_slice(), b""]);
+    }
 
     /// Protects: numbers that other programs write.
     #[test]

@@ -5,11 +5,20 @@ use std::collections::HashSet;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use raywright_core::Scene;
-use raywright_core::scene::{Fields, Image, ImageData, Model};
+use raywright_core::scene::{Fields, Image, Model};
 
 use crate::Limits;
-use crate::image_file::decode;
+use crate::image_file::{Decoded, decode};
 use crate::import::{Outcome, endurable};
+
+/// What became of pictures, each with its place, in the order in which they came.
+#[derive(Debug, Default)]
+pub(crate) struct DecodeReport {
+    /// Why those can't be decoded that can't: what uses them takes its factor alone, as [`drop_missing`] sees to.
+    pub broken: Vec<String>,
+    /// What of the others was not taken as it is.
+    pub remarks: Vec<String>,
+}
 
 /// Pictures on their way into a scene: looked at one by one, in order, and decoded together on the threads of the current pool.
 #[derive(Debug, Default)]
@@ -21,34 +30,34 @@ impl<'a> Waiting<'a> {
         self.0.push((image, place, bytes));
     }
 
-    /// Decodes all of them into their images; `done` is told of each. Returns the places of those that can't be decoded, in the order in
-    /// which they came, each with why: what uses them takes its factor alone, as [`drop_missing`] sees to.
+    /// Decodes all of them into their images; `done` is told of each.
     ///
     /// # Errors
     /// A fault of kind limit of the first picture that asks for more than is allowed.
-    pub fn decode(self, images: &mut [Image], limits: &Limits, done: &(dyn Fn() + Sync)) -> Outcome<Vec<String>> {
+    pub fn decode(self, images: &mut [Image], limits: &Limits, done: &(dyn Fn() + Sync)) -> Outcome<DecodeReport> {
         let one = |(image, place, bytes): (usize, String, Cow<'a, [u8]>)| {
             let data = decode(&bytes, limits);
             done();
             (image, place, data)
         };
         // A single one need not wake a pool.
-        let decoded: Vec<(usize, String, Outcome<ImageData>)> = match self.0.len() {
+        let decoded: Vec<(usize, String, Outcome<Decoded>)> = match self.0.len() {
             0 | 1 => self.0.into_iter().map(one).collect(),
             _ => self.0.into_par_iter().map(one).collect(),
         };
-        let mut broken = Vec::new();
+        let mut report = DecodeReport::default();
         for (image, place, data) in decoded {
-            match endurable(data.map_err(|fault| fault.at(place)))? {
-                Err(why) => broken.push(why),
+            match endurable(data.map_err(|fault| fault.at(&place)))? {
+                Err(why) => report.broken.push(why),
                 Ok(data) => {
+                    report.remarks.extend(data.remarks.into_iter().map(|remark| format!("{place}: {remark}")));
                     if let Some(image) = images.get_mut(image) {
-                        image.data = Some(data.into());
+                        image.data = Some(data.image.into());
                     }
                 }
             }
         }
-        Ok(broken)
+        Ok(report)
     }
 }
 

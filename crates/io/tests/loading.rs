@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use raywright_core::scene::{MeshSource, Triple};
+use raywright_core::scene::{MeshSource, Scene, Triple};
 use raywright_io::{Error, ErrorKind, Format, Input, Limits, LoadOptions, Loaded, Notation, Overrides, load, presets};
 
 /// A folder of its own with one scene and whatever else a test puts there.
@@ -369,4 +369,39 @@ fn endings_count_in_any_case() {
         let source = load(&Input::Path(place.put(name, bytes)), &LoadOptions::default()).expect("a scene").source;
         assert_eq!((source.format, source.stem.as_str()), expected, "{name}");
     }
+}
+
+/// Protects: a byte order mark before a text of any format, with either end of lines, changes nothing of what is read, from a file and from a
+/// pipe alike; of a scene of ours, places in messages count from what follows it.
+#[test]
+fn byte_order_marks_change_nothing() {
+    let toml = "format = 1\n[[materials]]\nname = \"m\"\nmodel.classic = {}\n";
+    let json = "{\"format\": 1,\n\"materials\": [{\"name\": \"m\", \"model\": {\"classic\": {}}}]}\n";
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let stl =
+        "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+               property list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let gltf = "{\"asset\": {\"version\": \"2.0\"},\n\"materials\": [{}], \"scenes\": [{}], \"scene\": 0}\n";
+    let place = Place::new("");
+    for (name, text) in
+        [("a.scene.toml", toml), ("a.scene.json", json), ("a.obj", obj), ("a.stl", stl), ("a.ply", ply), ("a.gltf", gltf)]
+    {
+        let read = |text: &str| {
+            let path = place.put(name, text.as_bytes());
+            let piped = Input::Bytes { name: name.to_owned(), bytes: text.as_bytes().to_vec(), resolver: None };
+            let unnamed = Input::Bytes { name: "-".to_owned(), bytes: text.as_bytes().to_vec(), resolver: None };
+            [Input::Path(path), piped, unnamed].map(|input| {
+                let loaded = load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
+                assert_eq!(loaded.warnings.iter().filter(|warning| !warning.message.contains("nothing to see")).count(), 0);
+                Scene { title: String::new(), ..loaded.scene }
+            })
+        };
+        let plain = read(text);
+        assert_eq!(read(&format!("\u{feff}{text}")), plain, "{name}");
+        assert_eq!(read(&format!("\u{feff}{}", text.replace('\n', "\r\n"))), plain, "{name}");
+    }
+    place.put("x.scene.toml", b"\xef\xbb\xbfformat = 2\n");
+    let (_, message) = place.fails(&LoadOptions::default());
+    assert!(message.contains("x.scene.toml:1:10"), "{message}");
 }

@@ -15,8 +15,6 @@ pub enum Bounds {
     Finite,
     /// A length above zero.
     Length,
-    /// Any colour that can be worked with.
-    Colour,
     /// A colour without negative parts.
     Light,
 }

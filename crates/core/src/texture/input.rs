@@ -73,7 +73,7 @@ impl<R: Real> TextureUse<R> {
     #[inline(never)]
     fn texel_anywhere(&self, here: &ShadingContext<'_, R>) -> [R; 4] {
         let coordinates = match &self.coordinates {
-            Some(own) => own.map(|input| input.number(here)),
+            Some(own) => own.map(|input| input.coordinate(here)),
             None => here.at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]),
         };
         let footprint = match self.pyramid {
@@ -171,7 +171,7 @@ impl<R: Real> Input<R> {
         match *self {
             Self::Constant(c) => c,
             Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point),
-            Self::Program(program) => here.sources.programs.vector(program, &here.at.inputs(&here.beam)),
+            Self::Program(program) => clamp_negative::<R>(here.sources.programs.vector(program, &here.at.inputs(&here.beam))),
             Self::Texture(texture, None) => {
                 let [r, g, b, _] = here.texel(texture);
                 R::Vec3::new(r, g, b)
@@ -186,8 +186,17 @@ impl<R: Real> Input<R> {
         match *self {
             Self::Constant(c) => c.x(),
             Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point).x(),
-            Self::Program(program) => here.sources.programs.scalar(program, &here.at.inputs(&here.beam)),
+            Self::Program(_) => zero_if_negative(self.coordinate(here)),
             Self::Texture(texture, channel) => here.texel(texture)[channel.unwrap_or(Channel::Red) as usize],
+        }
+    }
+
+    /// Its value as a texture coordinate, the one number that an expression may make negative.
+    #[inline(always)]
+    fn coordinate(&self, here: &ShadingContext<'_, R>) -> R {
+        match *self {
+            Self::Program(program) => here.sources.programs.scalar(program, &here.at.inputs(&here.beam)),
+            _ => self.number(here),
         }
     }
 
@@ -209,6 +218,17 @@ impl<R: Real> Input<R> {
             _ => false,
         }
     }
+}
+
+/// What an expression makes of a colour: parts below zero have no meaning and are zero; what is no number stays none.
+#[inline(always)]
+pub(crate) fn clamp_negative<R: Real>(colour: R::Vec3) -> R::Vec3 {
+    R::Vec3::new(zero_if_negative(colour.x()), zero_if_negative(colour.y()), zero_if_negative(colour.z()))
+}
+
+#[inline(always)]
+fn zero_if_negative<R: Real>(x: R) -> R {
+    if x < R::ZERO { R::ZERO } else { x }
 }
 
 fn checker<R: Real>(even: R::Vec3, odd: R::Vec3, frequency: R, p: R::Vec3) -> R::Vec3 {

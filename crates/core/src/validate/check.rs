@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::fmt::{Display, Write as _};
 
 use super::{FARTHEST, MOST, Problem, SMALLEST};
-use crate::expr::{self, ExprError, Scope};
+use crate::expr::{self, Constant, ExprError, Program, Scope};
 use crate::lookup::{Lookup, Names};
 use crate::scene::{Colour, Material, Scene, Triple};
 use crate::suggest::closest;
@@ -149,15 +149,29 @@ impl<'a> Check<'a> {
         self.inside(key, |check| check.advise(format!("unknown {what} `{name}`"), hint));
     }
 
-    /// An expression of the hit must compile.
+    /// An expression of the hit for a colour must compile. Where it is the same at every hit, no part of it may be negative.
     pub fn expression(&mut self, source: &str, scope: Scope) {
-        if let Err(error) = expr::compile(source, &self.numbers, scope) {
-            self.wrong_expression(error);
+        let program = expr::compile(source, &self.numbers, scope);
+        self.not_negative_program(program);
+    }
+
+    /// An expression of the hit for a weight must compile and be a number. Where it is the same at every hit, it may not be negative.
+    pub fn number_expression(&mut self, source: &str, scope: Scope) {
+        let program = expr::compile_number(source, &self.numbers, scope);
+        self.not_negative_program(program);
+    }
+
+    fn not_negative_program(&mut self, program: Result<Program, ExprError>) {
+        match program.map(|program| program.is_constant()) {
+            Ok(Some(Constant::Number(number))) => self.not_negative("", number),
+            Ok(Some(Constant::Vector(colour))) => self.light("", Colour(colour)),
+            Ok(None) => {}
+            Err(error) => self.wrong_expression(error),
         }
     }
 
-    /// An expression of the hit must compile and be a number.
-    pub fn number_expression(&mut self, source: &str, scope: Scope) {
+    /// An expression of the hit for a texture coordinate must compile and be a number of any sign.
+    pub fn coordinate_expression(&mut self, source: &str, scope: Scope) {
         if let Err(error) = expr::compile_number(source, &self.numbers, scope) {
             self.wrong_expression(error);
         }
@@ -242,19 +256,6 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// Any colour that can be worked with.
-    pub fn colour(&mut self, key: &str, colour: Colour) {
-        self.colour_up_to(key, colour, GREATEST);
-    }
-
-    fn colour_up_to(&mut self, key: &str, colour: Colour, greatest: f64) {
-        if colour.0.iter().any(|x| !x.is_finite()) {
-            self.value(key, format_args!("must be finite, not {}", list(&colour.0)));
-        } else if colour.0.iter().any(|x| x.abs() > greatest) {
-            self.value(key, format_args!("must have no part beyond {greatest:e}"));
-        }
-    }
-
     /// A colour without negative parts.
     pub fn light(&mut self, key: &str, colour: Colour) {
         self.light_up_to(key, colour, GREATEST);
@@ -268,8 +269,10 @@ impl<'a> Check<'a> {
     fn light_up_to(&mut self, key: &str, colour: Colour, greatest: f64) {
         if colour.0.iter().any(|x| *x < 0.0) {
             self.value(key, format_args!("must have no negative part, as {} has", list(&colour.0)));
-        } else {
-            self.colour_up_to(key, colour, greatest);
+        } else if colour.0.iter().any(|x| !x.is_finite()) {
+            self.value(key, format_args!("must be finite, not {}", list(&colour.0)));
+        } else if colour.0.iter().any(|x| *x > greatest) {
+            self.value(key, format_args!("must have no part beyond {greatest:e}"));
         }
     }
 }

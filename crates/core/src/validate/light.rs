@@ -44,14 +44,14 @@ fn reach(check: &mut Check<'_>, range: Option<f64>) {
 
 pub(super) fn sky(check: &mut Check<'_>, sky: &Sky) {
     match sky {
-        Sky::Constant(colour) => check.colour("constant", *colour),
+        Sky::Constant(colour) => check.light("constant", *colour),
         Sky::Gradient { bottom, top, suns } => check.inside("gradient", |check| {
-            check.colour("bottom", *bottom);
-            check.colour("top", *top);
+            check.light("bottom", *bottom);
+            check.light("top", *top);
             check.each("suns", suns, sun);
         }),
         Sky::Expression(input) => check.inside("expression", |check| match input {
-            ColourInput::Constant(colour) => check.colour("", *colour),
+            ColourInput::Constant(colour) => check.light("", *colour),
             ColourInput::Expression(source) => check.expression(source, Scope::Sky),
             ColourInput::Texture(_) | ColourInput::Checker(_) => {
                 let hint = "for a picture of the surroundings write `map = { image = \"…\" }`";
@@ -73,7 +73,7 @@ pub(super) fn sky(check: &mut Check<'_>, sky: &Sky) {
 
 fn sun(check: &mut Check<'_>, sun: &Sun) {
     check.direction("direction", sun.direction);
-    check.colour("colour", sun.colour);
-    check.finite("weight", sun.weight);
+    check.light("colour", sun.colour);
+    check.not_negative("weight", sun.weight);
     check.count("exponent", sun.exponent, 1, 65536);
 }

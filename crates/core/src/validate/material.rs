@@ -22,7 +22,7 @@ fn classic(check: &mut Check<'_>, material: &Classic) {
     check.inside("colour", |check| colour_input(check, &material.colour));
     check.inside("local", |check| weight(check, &material.local, Scope::Surface));
     if let Some(ambient) = material.ambient {
-        check.colour("ambient", ambient);
+        check.light("ambient", ambient);
     }
     check.inside("diffuse", |check| weight(check, &material.diffuse, Scope::Light));
     if let Some(specular) = &material.specular {
@@ -51,7 +51,7 @@ fn classic(check: &mut Check<'_>, material: &Classic) {
 
 fn mixture(check: &mut Check<'_>, m: &Mixture) {
     check.within("specular_chance", m.specular_chance, 0.0, 1.0);
-    check.colour("specular_colour", m.specular_colour);
+    check.light("specular_colour", m.specular_colour);
     check.within("specular_roughness", m.specular_roughness, 0.0, 1.0);
     check.within("refraction_chance", m.refraction_chance, 0.0, 1.0);
     if m.specular_chance + m.refraction_chance > 1.0 {
@@ -62,7 +62,7 @@ fn mixture(check: &mut Check<'_>, m: &Mixture) {
     if let Some(ior) = m.ior {
         check.within("ior", ior, 1e-3, 1e3);
     }
-    check.colour("absorption", m.absorption);
+    check.light("absorption", m.absorption);
 }
 
 /// The terms that send further rays.
@@ -86,8 +86,8 @@ fn traced(check: &mut Check<'_>, material: &Classic) {
             if let TransmissionChoice::Switch { threshold } = transmission.choice {
                 check.within("choice.switch.threshold", threshold, 0.0, 1.0);
             }
-            check.colour("reflected_tint", transmission.reflected_tint);
-            check.colour("refracted_tint", transmission.refracted_tint);
+            check.light("reflected_tint", transmission.reflected_tint);
+            check.light("refracted_tint", transmission.refracted_tint);
         });
     }
 }
@@ -119,7 +119,6 @@ fn bounded(check: &mut Check<'_>, constant: Option<ConstantValue>, bounds: Bound
                 check.element(i, |check| check.within("", channel, least, most));
             }
         }
-        (Some(ConstantValue::Colour(colour)), Bounds::Colour) => check.colour("", colour),
         (Some(ConstantValue::Colour(colour)), Bounds::Light) => check.light("", colour),
         _ => {}
     }
@@ -127,15 +126,23 @@ fn bounded(check: &mut Check<'_>, constant: Option<ConstantValue>, bounds: Bound
 
 fn weight(check: &mut Check<'_>, weight: &Weight, scope: Scope) {
     match weight {
-        Weight::Number(value) => check.finite("", *value),
+        Weight::Number(value) => check.not_negative("", *value),
         Weight::Expression(source) => check.number_expression(source, scope),
+    }
+}
+
+/// An expression in place of a texture coordinate, which may have any sign.
+fn coordinate(check: &mut Check<'_>, coordinate: &Weight) {
+    match coordinate {
+        Weight::Number(value) => check.finite("", *value),
+        Weight::Expression(source) => check.coordinate_expression(source, Scope::Surface),
     }
 }
 
 fn colour_input(check: &mut Check<'_>, input: &ColourInput) {
     varying(check, input);
     if let Some(colour) = input.constant() {
-        check.colour("", colour);
+        check.light("", colour);
     }
 }
 
@@ -153,8 +160,8 @@ fn varying(check: &mut Check<'_>, input: &dyn FieldValue) {
     }
     if let Some(checker) = input.checker() {
         check.inside("checker", |check| {
-            check.colour("even", checker.even);
-            check.colour("odd", checker.odd);
+            check.light("even", checker.even);
+            check.light("odd", checker.odd);
             check.length("size", checker.size);
         });
     }
@@ -162,12 +169,12 @@ fn varying(check: &mut Check<'_>, input: &dyn FieldValue) {
 
 fn texture_ref(check: &mut Check<'_>, texture: &TextureRef) {
     check.refers("name", &texture.name, "texture", |names| &names.textures);
-    check.colour("factor", texture.factor);
+    check.light("factor", texture.factor);
     check.count("uv_set", texture.uv_set, 0, MOST_UV_SETS as u32 - 1);
     if let Some(rows) = &texture.uv_transform {
         check.each("uv_transform", rows, |check, row| check.point("", *row));
     }
     if let Some(coordinates) = &texture.uv {
-        check.each("uv", coordinates, |check, coordinate| weight(check, coordinate, Scope::Surface));
+        check.each("uv", coordinates, coordinate);
     }
 }

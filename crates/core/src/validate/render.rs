@@ -22,11 +22,11 @@ pub(super) fn render(check: &mut Check<'_>, render: &Render) {
     check.count("samples", render.samples, 1, Settings::MOST_SAMPLES);
     check.count("max_depth", render.max_depth, 1, Settings::MOST_SEGMENTS);
     check.within("exposure", render.exposure, -64.0, 64.0);
-    check.colour("veil", render.veil);
+    check.light("veil", render.veil);
 }
 
 pub(super) fn classic_rules(check: &mut Check<'_>, rules: &ClassicRules) {
-    check.colour("ambient", rules.ambient);
+    check.light("ambient", rules.ambient);
     if let Some(distance) = rules.shadow_max_distance {
         check.length("shadow_max_distance", distance);
     }

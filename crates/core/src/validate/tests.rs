@@ -245,6 +245,60 @@ fn materials_have_ranges_and_expressions_that_compile() {
     assert!(physical(Physical { emission: Colour([-1.0; 3]).into(), ..Physical::default() }).contains("no negative part"));
 }
 
+/// Protects: what has no meaning below zero is refused at its place: every colour, weight and strength of a scene, written as a number or as an
+/// expression that is negative whatever a ray hits. Texture coordinates, normal scales and fuzz may have any sign.
+#[test]
+fn negative_light_is_refused() {
+    const RED: Colour = Colour([-1.0, 0.5, 0.5]);
+    let refused = |problem: String, path: &str| {
+        assert!(problem.starts_with(&format!("{path}: ")) && problem.contains("negative"), "{path}, not {problem}");
+    };
+    refused(one(|s| s.render.veil = RED), "render.veil");
+    refused(one(|s| s.classic.ambient = RED), "classic.ambient");
+    refused(one(|s| s.sky = Some(Sky::Constant(RED))), "sky.constant");
+    refused(one(|s| s.sky = Some(Sky::Expression(RED.into()))), "sky.expression");
+    refused(one(|s| s.sky = Some(Sky::Expression(ColourInput::Expression("-1".into())))), "sky.expression");
+    let gradient = |bottom, top, colour, weight| {
+        let suns = vec![Sun { direction: ABOVE, colour, weight, exponent: 1 }];
+        one(|s| s.sky = Some(Sky::Gradient { bottom, top, suns }))
+    };
+    refused(gradient(RED, Colour::WHITE, Colour::WHITE, 1.0), "sky.gradient.bottom");
+    refused(gradient(Colour::WHITE, RED, Colour::WHITE, 1.0), "sky.gradient.top");
+    refused(gradient(Colour::WHITE, Colour::WHITE, RED, 1.0), "sky.gradient.suns[0].colour");
+    refused(gradient(Colour::WHITE, Colour::WHITE, Colour::WHITE, -1.0), "sky.gradient.suns[0].weight");
+    let of_classic = |m: Classic, key: &str| refused(classic(m), &format!("materials[0].model.classic.{key}"));
+    for colour in [RED.into(), ColourInput::Expression("[1, 2 - 3, 1]".into())] {
+        of_classic(Classic { colour: colour.clone(), ..Classic::default() }, "colour");
+        of_classic(Classic { emission: Some(colour), ..Classic::default() }, "emission");
+    }
+    of_classic(Classic { ambient: Some(RED), ..Classic::default() }, "ambient");
+    for weight in [Weight::Number(-0.5), Weight::Expression("1 - 2".into())] {
+        of_classic(Classic { local: weight.clone(), ..Classic::default() }, "local");
+        of_classic(Classic { diffuse: weight.clone(), ..Classic::default() }, "diffuse");
+        of_classic(Classic { shadow: Some(weight.clone()), ..Classic::default() }, "shadow");
+        of_classic(Classic { rim: Some(Rim { strength: weight.clone(), exponent: 1 }), ..Classic::default() }, "rim.strength");
+        let reflection = Some(Reflection { weight, tinted: true, fuzz: None });
+        of_classic(Classic { reflection, ..Classic::default() }, "reflection.weight");
+    }
+    let mixture = |m: Mixture| Classic { mixture: Some(m), ..Classic::default() };
+    of_classic(mixture(Mixture { specular_colour: RED, ..Mixture::default() }), "mixture.specular_colour");
+    of_classic(mixture(Mixture { absorption: RED, ..Mixture::default() }), "mixture.absorption");
+    let checker = Checker { even: Colour::WHITE, odd: RED, size: 1.0 };
+    of_classic(Classic { colour: ColourInput::Checker(CheckerInput { checker }), ..Classic::default() }, "colour.checker.odd");
+    let of_physical = |m: Physical, key: &str| refused(physical(m), &format!("materials[1].model.physical.{key}"));
+    of_physical(Physical { base_colour: RED.into(), ..Physical::default() }, "base_colour");
+    of_physical(Physical { emission: ColourInput::Expression("-t - 1".into()), ..Physical::default() }, "emission");
+    of_physical(Physical { roughness: NumberInput::Expression("-1".into()), ..Physical::default() }, "roughness");
+    let texture = |factor: Colour, uv: Option<[Weight; 2]>| {
+        let texture = TextureRef { name: "wood".into(), uv_set: 0, uv_transform: None, uv, factor, channel: None };
+        Physical { base_colour_texture: Some(texture), ..Physical::default() }
+    };
+    of_physical(texture(RED, None), "base_colour_texture.factor");
+    let signed =
+        Physical { normal_scale: -1.0, ..texture(Colour::WHITE, Some([Weight::Number(-1.0), Weight::Expression("-2".into())])) };
+    assert_eq!(broken(|s| s.materials[1].model = Model::Physical(Box::new(signed))), []);
+}
+
 /// Protects: an expression's problem says where in the text.
 #[test]
 fn an_expression_s_problem_says_where_in_the_text() {

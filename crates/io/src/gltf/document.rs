@@ -14,6 +14,7 @@ use super::entries::{
 use super::json;
 use crate::Limits;
 use crate::import::{Fault, Outcome, Warnings, ask_system};
+use crate::text::without_mark;
 
 /// What of a glTF file is read.
 #[derive(Debug, Default, Deserialize)]
@@ -95,7 +96,7 @@ fn values(text: &[u8]) -> u64 {
 /// not read here (by name); of kind limit for more values than the limits allow.
 pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Outcome<Document> {
     // RFC 8259, section 8.1: a reader may ignore a byte order mark.
-    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    let text = without_mark(text);
     let most = limits.memory_bytes / BYTES_A_VALUE;
     if values(text) > most {
         return Err(Fault::limit(format!("has more than {most} JSON values")));

@@ -227,9 +227,11 @@ impl Import<'_> {
             self.warnings.add(format!("points and lines are ignored: {} of the primitives that are shown are such", self.thin));
         }
         let (waiting, work) = (core::mem::take(&mut self.waiting), &self.work);
-        for why in waiting.decode(&mut self.scene.images, self.limits, &|| work.done(Work::IMAGE))? {
+        let report = waiting.decode(&mut self.scene.images, self.limits, &|| work.done(Work::IMAGE))?;
+        for why in report.broken {
             self.warnings.add(format!("{why}; the material's factor alone counts"));
         }
+        report.remarks.into_iter().for_each(|remark| self.warnings.add(remark));
         core::mem::take(&mut self.bakery).bake(&mut self.scene, &mut self.budget)?;
         drop_missing(&mut self.scene);
         if self.scene.objects.is_empty() {

@@ -15,6 +15,7 @@ use super::entries::Channel;
 use super::json;
 use crate::Limits;
 use crate::import::{Budget, Fault, Outcome, Warnings, shown};
+use crate::text::without_mark;
 
 /// What kind of value a property is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,7 +118,7 @@ pub(super) fn at(
     }
     // Values of JSON take some thirty times their text.
     budget.memory(text.len(), 32)?;
-    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    let text = without_mark(text);
     let again = |error| json::rewritten(text).map_or(Err(error), |rewritten| serde_json::from_slice(&rewritten.text));
     let file: Result<Value, _> = serde_json::from_slice(text).or_else(again);
     let mut file = file.map_err(|error| Fault::input(format!("is no valid glTF: {error}")))?;

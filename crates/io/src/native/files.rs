@@ -12,9 +12,10 @@ use super::{Parsed, colours, models};
 use crate::error::{Error, Warning};
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
+use crate::image_file::{self, Decoded};
 use crate::import::{Budget, Fault, FaultKind};
 use crate::limits::Limits;
-use crate::{image_file, mesh_file, presets};
+use crate::{mesh_file, presets};
 
 /// Marks an image that the program carries.
 const EMBEDDED: &str = "embedded:";
@@ -45,7 +46,10 @@ pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> 
         _ => waiting.into_par_iter().map(decode).collect(),
     };
     for (i, data) in decoded {
-        parsed.scene.images[i].data = Some(Arc::new(data.map_err(|fault| no_picture(parsed, i, &fault))?));
+        let Decoded { image, remarks } = data.map_err(|fault| no_picture(parsed, i, &fault))?;
+        let name = &parsed.scene.images[i].name;
+        warnings.extend(remarks.into_iter().map(|remark| Warning::new(parsed.file, format!("image `{name}` {remark}"))));
+        parsed.scene.images[i].data = Some(Arc::new(image));
     }
     for i in 0..parsed.scene.meshes.len() {
         if let MeshSource::File(reference) = &parsed.scene.meshes[i].source {

@@ -29,6 +29,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::error::{Error, Warning};
 use crate::error_kind::ErrorKind;
 use crate::limits::human_bytes;
+use crate::text::without_mark;
 
 /// Readings of one text at most: each finds one more failure that stands in the way of the rest.
 const READINGS: usize = 20;
@@ -171,13 +172,14 @@ impl Tree {
     }
 }
 
-/// The bytes of a file as text.
-pub(crate) fn text(file: &str, bytes: Vec<u8>, limit: u64) -> Result<String, Error> {
+/// The bytes of a file as text, without a byte order mark.
+pub(crate) fn text(file: &str, mut bytes: Vec<u8>, limit: u64) -> Result<String, Error> {
     if bytes.len() as u64 > limit {
         let message = format!("the scene is larger than the limit of {}", human_bytes(limit));
         let hint = "put large meshes into OBJ, glTF or GLB files and name them in the scene";
         return Err(Error::limit(file, message).with_hint(hint));
     }
+    bytes.drain(..bytes.len() - without_mark(&bytes).len());
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let lines = error.as_bytes()[..valid].split(|byte| *byte == b'\n');

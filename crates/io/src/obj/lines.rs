@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use crate::text::{lines, without_mark};
+
 /// A statement of an OBJ or MTL file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Statement<'a> {
@@ -13,10 +15,16 @@ pub(super) struct Statement<'a> {
     pub rest: &'a str,
 }
 
-/// The text of a file, with every line that ends in `\` joined to the next. Names in other encodings than UTF-8 become
-/// unreadable, not the file: its numbers are ASCII.
+/// The text of a file, with every line that ends in `\` joined to the next, and line feeds where carriage returns alone end lines. Names in
+/// other encodings than UTF-8 become unreadable, not the file: its numbers are ASCII.
 pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
-    let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
+    let bytes = without_mark(bytes);
+    let text = if bytes.windows(2).any(|pair| pair[0] == b'\r' && pair[1] != b'\n') {
+        let lines: Vec<&[u8]> = lines(bytes).collect();
+        Cow::Owned(String::from_utf8_lossy(&lines.join(&b'\n')).into_owned())
+    } else {
+        String::from_utf8_lossy(bytes)
+    };
     if !text.lines().any(|line| line.ends_with('\\')) {
         return text;
     }
@@ -57,6 +65,14 @@ pub(super) fn relative(path: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Protects: carriage returns alone end lines, also of a text that mixes them with line feeds, and the lines keep their numbers.
+    #[test]
+    fn carriage_returns_end_lines() {
+        let text = decode(b"# a\rv 1\\\r2\rmtllib m\nf 1\r\n\r\ng x\r");
+        let found: Vec<_> = statements(&text).map(|s| (s.line, s.keyword, s.rest)).collect();
+        assert_eq!(found, [(2, "v", "1 2"), (4, "mtllib", "m"), (5, "f", "1"), (7, "g", "x")]);
+    }
 
     /// Protects: what follows a continued line is part of it; comments and blank lines are nothing; `\r\n` is a line's end.
     #[test]

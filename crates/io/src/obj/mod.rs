@@ -48,18 +48,31 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     scene(file, parts, materials, budget, warnings)
 }
 
-/// The scene of a file that is one mesh, and perhaps an image on it: as that of an OBJ file without a material, so that the same mesh gives
-/// the same picture in every format.
+/// The scene of a file that is one mesh: as that of an OBJ file without a material, so that the same mesh gives the same picture in every
+/// format.
 pub(crate) fn of_mesh(
     file: &Path,
     data: MeshData,
-    image: Option<String>,
+    context: (&Folder, &Limits),
+    budget: Budget,
+    warnings: Warnings,
+) -> Outcome<Imported> {
+    of_parts(file, vec![(None, data)], Vec::new(), context, budget, warnings)
+}
+
+/// The scene of a file of meshes, each perhaps with one of some images on it, as [`of_mesh`] but for that.
+pub(crate) fn of_parts(
+    file: &Path,
+    parts: Vec<(Option<usize>, MeshData)>,
+    images: Vec<String>,
     (folder, limits): (&Folder, &Limits),
     budget: Budget,
     warnings: Warnings,
 ) -> Outcome<Imported> {
-    let materials = Materials::new(Vec::new(), Library::of_default(image), Textures::new(folder, limits));
-    scene(file, vec![Part { material: None, data }], materials, budget, warnings)
+    let is_whole = parts.len() == 1 && parts.iter().all(|(image, _)| image.is_some());
+    let (names, library) = Library::of_images(images, is_whole);
+    let parts = parts.into_iter().map(|(material, data)| Part { material, data }).collect();
+    scene(file, parts, Materials::new(names, library, Textures::new(folder, limits)), budget, warnings)
 }
 
 /// A scene with an object for each part.

@@ -22,10 +22,15 @@ pub(super) struct Library {
 pub(super) const DEFAULT: &str = "default";
 
 impl Library {
-    /// What faces without a material show, with an image on them where there is one.
-    pub fn of_default(image: Option<String>) -> Self {
-        let material = tobj::Material { diffuse_texture: image, ..tobj::Material::default() };
-        Self { materials: HashMap::from([(DEFAULT.to_owned(), material)]) }
+    /// The default material with each of some images on it, under names that stand for their places in the list. The only one that a whole file
+    /// shows has the name of the default.
+    pub fn of_images(images: Vec<String>, is_whole: bool) -> (Vec<String>, Self) {
+        let is_default = is_whole && images.len() == 1;
+        let name = |i: usize| if is_default { DEFAULT.to_owned() } else { format!("texture {i}") };
+        let names: Vec<String> = (0..images.len()).map(name).collect();
+        let shown = |image| tobj::Material { diffuse_texture: Some(image), ..tobj::Material::default() };
+        let materials = names.iter().cloned().zip(images.into_iter().map(shown)).collect();
+        (names, Self { materials })
     }
 
     /// A material by name; a default one, with a warning if `asked` for by name, when there is none.

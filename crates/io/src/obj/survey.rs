@@ -279,7 +279,9 @@ impl<'a> Walk<'_, 'a> {
     fn index(&self, part: &str, kind: usize) -> Outcome<Option<usize>> {
         let index: i64 = part.parse().map_err(|_| Fault::input(format!("`{}` is no whole number", shown(part))))?;
         let absolute = match index {
-            0 => return Err(Fault::input("indices start at 1")),
+            0 if kind == 0 => return Err(Fault::input("indices start at 1")),
+            // Some programs write it of a corner that has no such thing.
+            0 => None,
             i if i > 0 => usize::try_from(i).ok(),
             i => usize::try_from(i.unsigned_abs()).ok().and_then(|back| (self.so_far[kind] + 1).checked_sub(back)),
         };

@@ -157,7 +157,9 @@ impl<'f> Textures<'f> {
                 Err(why) => warnings.add(warn(why)),
             }
         }
-        waiting.decode(&mut scene.images, self.limits, &|| {})?.into_iter().for_each(|why| warnings.add(warn(why)));
+        let report = waiting.decode(&mut scene.images, self.limits, &|| {})?;
+        report.broken.into_iter().for_each(|why| warnings.add(warn(why)));
+        report.remarks.into_iter().for_each(|remark| warnings.add(format!("texture: {remark}")));
         scene.images.retain(|image| image.data.is_some());
         self.images = scene.images.iter().map(|image| image.path.clone()).collect();
         Ok(())

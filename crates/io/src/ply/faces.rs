@@ -15,6 +15,7 @@ enum Role {
     Corners,
     Coordinates,
     Channel(usize),
+    Texture,
     Other,
 }
 
@@ -23,11 +24,15 @@ impl Role {
         match (property.name.as_str(), property.count, channel(&property.name)) {
             ("vertex_indices" | "vertex_index", Some(_), _) => Self::Corners,
             ("texcoord", Some(_), _) => Self::Coordinates,
+            ("texnumber", None, _) => Self::Texture,
             (_, None, Some(channel)) => Self::Channel(channel),
             _ => Self::Other,
         }
     }
 }
+
+/// What faces say, and what is taken of those that say nothing, where none of the images is meant.
+const NO_TEXTURE: i64 = -1;
 
 /// Polygons, one after the other.
 #[derive(Default)]
@@ -41,6 +46,8 @@ pub(super) struct Faces {
     /// Of each polygon, where faces have their own.
     colours: Colours,
     coloured: bool,
+    /// The number of each polygon's image, where faces say it.
+    textures: Vec<i64>,
 }
 
 /// What is read of one face; lists keep their memory from face to face.
@@ -49,6 +56,7 @@ struct Row {
     corners: Vec<i64>,
     coordinates: Vec<f32>,
     colour: [f32; 3],
+    texture: i64,
 }
 
 impl Faces {
@@ -58,6 +66,11 @@ impl Faces {
 
     pub fn has_uvs(&self) -> bool {
         !self.uvs.is_empty()
+    }
+
+    /// Whether faces say which image they show.
+    pub fn has_textures(&self) -> bool {
+        !self.textures.is_empty()
     }
 
     /// Reads the faces or the strips of a file.
@@ -80,7 +93,11 @@ impl Faces {
             (self.coloured, self.colours) = (true, Colours::of(red.number));
         }
         self.pad(mapped);
-        let each = 8 + 28 * usize::from(coloured);
+        let numbered = !strips && roles.contains(&Role::Texture);
+        if numbered {
+            self.textures.resize(self.arities.len(), NO_TEXTURE);
+        }
+        let each = 8 + 28 * usize::from(coloured) + 8 * usize::from(numbered);
         budget.memory(if element.properties.is_empty() { 0 } else { element.count as usize }, each)?;
         let mut row = Row::default();
         for index in 0..if element.properties.is_empty() { 0 } else { element.count } {
@@ -97,6 +114,9 @@ impl Faces {
             self.arities.push(row.corners.len() as u32);
             if coloured {
                 self.colours.push(row.colour);
+            }
+            if numbered {
+                self.textures.push(row.texture);
             }
             if mapped {
                 let pairs = row.coordinates.as_chunks::<2>().0;
@@ -135,12 +155,12 @@ impl Faces {
         Ok(())
     }
 
-    /// The triangles of all faces over the file's vertices. Where faces have colours or coordinates of their own, each corner becomes a
-    /// vertex.
+    /// The triangles of all faces over the file's vertices, and the number of each one's image where faces say it. Where faces have colours or
+    /// coordinates of their own, each corner becomes a vertex.
     ///
     /// # Errors
     /// A fault of kind input for a vertex that there is not, of kind limit for more than is allowed.
-    pub fn mesh(mut self, vertices: PlyVertices, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<MeshData> {
+    pub fn mesh(mut self, vertices: PlyVertices, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<(MeshData, Vec<i64>)> {
         self.pad(self.has_uvs());
         let count = vertices.positions.len();
         if let Some(vertex) = self.corners.iter().find(|&&corner| corner as usize >= count) {
@@ -149,8 +169,8 @@ impl Faces {
         let apart = self.coloured || self.has_uvs();
         let mut clipper = Clipper::default();
         let (mut points, mut triangles, mut indices) = (Vec::new(), Vec::new(), Vec::new());
-        let mut start = 0;
-        for &arity in &self.arities {
+        let (mut start, mut numbers) = (0, Vec::new());
+        for (face, &arity) in self.arities.iter().enumerate() {
             let corners = self.corners.get(start..start + arity as usize).unwrap_or_default();
             if corners.len() < 3 {
                 warnings.add("faces with fewer than three corners are ignored");
@@ -163,14 +183,17 @@ impl Faces {
             clipper.triangulate(&points, &mut triangles)?;
             let vertex = |corner: usize| if apart { (start + corner) as u32 } else { corners[corner] };
             indices.extend(triangles.iter().map(|triangle| triangle.map(vertex)));
+            if self.has_textures() {
+                numbers.resize(indices.len(), self.textures.get(face).copied().unwrap_or(NO_TEXTURE));
+            }
             start += arity as usize;
         }
         if !apart {
             let PlyVertices { positions, normals, uvs, colours } = vertices;
             let uvs = if uvs.is_empty() { Vec::new() } else { vec![uvs] };
-            return Ok(MeshData { positions, normals, uvs, colours, indices, ..MeshData::default() });
+            return Ok((MeshData { positions, normals, uvs, colours, indices, ..MeshData::default() }, numbers));
         }
-        self.apart(&vertices, indices, budget)
+        Ok((self.apart(&vertices, indices, budget)?, numbers))
     }
 
     /// The mesh whose vertices are the corners.
@@ -183,7 +206,7 @@ impl Faces {
             // Without such values there are none; with them, one a vertex.
             corners.iter().filter_map(|&corner| of.get(corner as usize)).copied().collect()
         }
-        let Self { corners, arities, uvs, colours, coloured } = self;
+        let Self { corners, arities, uvs, colours, coloured, .. } = self;
         let uvs = if uvs.is_empty() { each(&corners, &vertices.uvs) } else { uvs };
         let own = colours.linear().zip(&arities).flat_map(|(colour, &arity)| std::iter::repeat_n(colour, arity as usize));
         Ok(MeshData {
@@ -208,6 +231,7 @@ impl Row {
         for (property, role) in properties.iter().zip(roles) {
             let Property { name, count, number } = property;
             match (*role, *count) {
+                (Role::Texture, _) => self.texture = values.number(*number, name)? as i64,
                 (Role::Channel(channel), _) => self.colour[channel] = values.number(*number, name)? as f32,
                 (role @ (Role::Corners | Role::Coordinates), Some(count)) => {
                     let count = values.count(count, *number, name)?;

@@ -89,8 +89,8 @@ pub(super) struct Element {
 pub(super) struct PlyHeader {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
-    /// Image on the mesh, as MeshLab names it in a comment.
-    pub image: Option<String>,
+    /// Images on the mesh, as MeshLab names them in comments.
+    pub images: Vec<String>,
     /// Bytes and lines of it.
     pub bytes: usize,
     pub lines: usize,
@@ -101,7 +101,7 @@ pub(super) struct PlyHeader {
 /// # Errors
 /// A fault of kind input naming line and cause.
 pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
-    let mut header = PlyHeader { encoding: Encoding::Ascii, elements: Vec::new(), image: None, bytes: 0, lines: 0 };
+    let mut header = PlyHeader { encoding: Encoding::Ascii, elements: Vec::new(), images: Vec::new(), bytes: 0, lines: 0 };
     let mut format = None;
     // Binary data begins right behind the last line's end, and its first byte may be a line feed, so lines end as the first one does.
     let end: &[u8] = match bytes.get(3..5) {
@@ -122,9 +122,11 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
             ["ply"] if number == 1 => {}
             _ if number == 1 => return Err(Fault::input("is no PLY file: it does not begin with `ply`")),
             ["end_header"] => break,
-            ["comment", "TextureFile", ..] if header.image.is_none() => {
-                let name = line.split_once("TextureFile").map_or("", |(_, name)| name.trim());
-                header.image = Some(name.to_owned()).filter(|name| !name.is_empty());
+            ["comment", key, _, ..] if key.eq_ignore_ascii_case("TextureFile") => {
+                if header.images.len() >= MOST {
+                    return Err(place(Fault::limit(format!("has more than {MOST} images"))));
+                }
+                header.images.push(line.split_once(key).map_or("", |(_, name)| name.trim()).to_owned());
             }
             [] | ["comment" | "obj_info", ..] => {}
             ["format", name, version] => format = Some(encoding(name, version).map_err(place)?),

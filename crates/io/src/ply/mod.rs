@@ -2,7 +2,7 @@
 //!
 //! What is read: vertices with normals, colours and texture coordinates, in properties of any order and type; faces of any number of corners,
 //! cut into triangles as those of OBJ are; colours and texture coordinates of faces, as scanners and MeshLab write them; triangle strips; and
-//! the image that MeshLab names in a comment. Other elements and properties, lists among them, are passed over.
+//! the images that MeshLab names in comments, each on the faces whose `texnumber` is its place. Other elements and properties, lists among them, are passed over.
 //!
 //! A file without normals shows flat facets, as OBJ does without smoothing groups: nothing in it says which edges are sharp, a cube is as
 //! likely as a scan, and the facets are what was measured.
@@ -12,13 +12,15 @@
 
 mod faces;
 mod header;
+mod textures;
 mod values;
 mod vertices;
 
 use std::path::Path;
 
 use crate::folder::Folder;
-use crate::import::{Budget, Imported, Outcome, Warnings};
+use crate::import::{Budget, Imported, Outcome, Warnings, shown};
+use crate::text::without_mark;
 use crate::{Error, Limits, obj};
 
 use faces::Faces;
@@ -35,11 +37,12 @@ pub(crate) fn load(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) 
 
 /// Whether bytes begin as a PLY file does, for who does not know it by its name.
 pub(crate) fn is_ply(bytes: &[u8]) -> bool {
-    matches!(bytes, [b'p', b'l', b'y', b'\r' | b'\n', ..])
+    matches!(without_mark(bytes), [b'p', b'l', b'y', b'\r' | b'\n', ..])
 }
 
 fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Imported> {
     let (mut budget, mut warnings) = (Budget::new(limits), Warnings::default());
+    let bytes = without_mark(bytes);
     let header = header::read(bytes)?;
     let mut values = Values::behind(&header, bytes);
     let (mut vertices, mut faces) = (PlyVertices::default(), Faces::default());
@@ -57,7 +60,27 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     if faces.is_empty() && !vertices.is_empty() {
         warnings.add("has points and no faces; points are ignored");
     }
-    let image = header.image.clone().filter(|_| vertices.has_uvs() || faces.has_uvs());
-    let mesh = faces.mesh(vertices, &mut budget, &mut warnings)?;
-    obj::of_mesh(file, mesh, image, (folder, limits), budget, warnings)
+    let (mapped, numbered) = (vertices.has_uvs() || faces.has_uvs(), faces.has_textures());
+    let (mesh, numbers) = faces.mesh(vertices, &mut budget, &mut warnings)?;
+    let mut images = header.images;
+    if !mapped && !images.is_empty() {
+        warnings.add(format!("names {} and has no texture coordinates; none is shown", texture_names(&images)));
+        images.clear();
+    }
+    if !numbered && images.len() > 1 {
+        let others = texture_names(&images[1..]);
+        warnings.add(format!("its faces don't say which texture they show (texnumber): all show the first, none {others}"));
+        images.truncate(1);
+    }
+    let parts = match images.len() {
+        0 => vec![(None, mesh)],
+        1 if !numbered => vec![(Some(0), mesh)],
+        _ => textures::split(&mesh, &numbers, &images, &mut budget, &mut warnings)?,
+    };
+    obj::of_parts(file, parts, images, (folder, limits), budget, warnings)
+}
+
+/// Names of images, for a message.
+fn texture_names(images: &[String]) -> String {
+    format!("the texture `{}`", shown(&images.join("`, `")))
 }

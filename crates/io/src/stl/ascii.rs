@@ -6,7 +6,7 @@ use raywright_core::scene::MeshData;
 
 use crate::import::{Budget, Fault, Outcome, Warnings, shown};
 use crate::polygon::Clipper;
-use crate::text::{lines, no_number, number};
+use crate::text::{lines, no_number, number, without_mark};
 
 /// What comes next.
 #[derive(Default)]
@@ -43,7 +43,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, warnings: &mut Warnings) -
     let mut reader = AsciiReader::default();
     let mut last = 0;
     for (i, line) in lines(bytes).enumerate() {
-        let line = String::from_utf8_lossy(line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line));
+        let line = String::from_utf8_lossy(without_mark(line));
         reader.line(&line, budget, warnings).map_err(|fault| fault.at(format_args!("line {}", i + 1)))?;
         last = i + 1;
     }

@@ -15,6 +15,7 @@ use std::path::Path;
 
 use crate::folder::Folder;
 use crate::import::{Budget, Imported, Outcome, Warnings};
+use crate::text::without_mark;
 use crate::{Error, Limits, obj};
 
 /// Reads an STL file, given its bytes.
@@ -31,7 +32,7 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
         true => ascii::read(bytes, &mut budget, &mut warnings)?,
         false => binary::read(bytes, &mut budget, &mut warnings)?,
     };
-    obj::of_mesh(file, mesh, None, (folder, limits), budget, warnings)
+    obj::of_mesh(file, mesh, (folder, limits), budget, warnings)
 }
 
 /// Whether bytes are an STL file of either kind, for who does not know it by its name.
@@ -42,7 +43,7 @@ pub(crate) fn is_stl(bytes: &[u8]) -> bool {
 /// Whether bytes are the text kind: they begin as one, have no byte in their first lines that texts have not, and not the very length that
 /// their count of facets would make a binary file.
 fn is_text(bytes: &[u8]) -> bool {
-    let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let start = without_mark(bytes).trim_ascii_start();
     let begins = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     let head = start.get(..start.len().min(512)).unwrap_or_default();
     begins && !head.iter().any(|byte| byte.is_ascii_control() && !byte.is_ascii_whitespace()) && !binary::has_its_length(bytes)

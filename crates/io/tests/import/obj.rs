@@ -213,6 +213,8 @@ fn references_to_nothing_are_warnings() {
             "line 5: f: `1//7`: normal 7 of 1; 1 face refers to normals that the file does not have",
         ),
         ("f 1//99999999999 2//1 3//1\n", "line 4: f: `1//99999999999`: normal 99999999999 of 0"),
+        ("vn 0 0 1\nf 1//0 2//1 3//1\nf 1//0 2//0 3//0\n", "line 5: f: `1//0`: normal 0 of 1; 2 faces refer to normals"),
+        ("vt 0 0\nf 1/0 2/1 3/1\n", "line 5: f: `1/0`: texture coordinate 0 of 1; 1 face refers to texture coordinates"),
     ] {
         let (_folder, path) = write(&format!("{corners}{rest}"));
         let file = load(&path);
@@ -231,6 +233,28 @@ fn references_to_nothing_are_warnings() {
     let count = |normal, uv| corners.clone().filter(|&corner| corner == (normal, uv)).count();
     let (own, made, mapped) = ([0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.75]);
     assert_eq!([count(own, mapped), count(made, [0.0; 2]), count(made, mapped)], [3; 3]);
+}
+
+/// Protects: carriage returns alone end lines of models and of their libraries, and so do line feeds and pairs, each file in its own way or in
+/// several: the faces are there, the material is the library's, and nothing is said.
+#[test]
+fn lines_end_as_they_like() {
+    let model = "# a model\nmtllib red.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+    let library = "# a library\nnewmtl red\nKd 0.5 0 0\n";
+    let mixed = |text: &str| text.replacen('\n', "\r", 3).replacen('\n', "\r\n", 1);
+    let alone = |text: &str| text.replace('\n', "\r");
+    let pairs = |text: &str| text.replace('\n', "\r\n");
+    let texts = |text: &str| [text.to_owned(), alone(text), pairs(text), mixed(text)];
+    for model in texts(model) {
+        for library in texts(library) {
+            let (folder, path) = write(&model);
+            std::fs::write(folder.path().join("red.mtl"), &library).expect("a library");
+            let file = load(&path);
+            check_sound(&file, &path);
+            assert_eq!((triangle_count(&file), file.warnings.len()), (1, 0), "{model:?}, {library:?}: {:?}", file.warnings);
+            assert_eq!(physical(&file, "red").base_colour, ColourInput::Constant(Colour([0.5, 0.0, 0.0])), "{library:?}");
+        }
+    }
 }
 
 /// Protects: an image that is broken, of a format that is not read or no picture is as one that is missing: a warning, and the material's

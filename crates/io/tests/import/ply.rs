@@ -1,6 +1,6 @@
 //! PLY files whose right answer is known, and what is wrong in others.
 
-use raywright_core::scene::MeshData;
+use raywright_core::scene::{MeshData, Model};
 use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded};
 
 use crate::shared::{check_sound, mesh_of, triangle_count};
@@ -299,4 +299,71 @@ fn odd_faces() {
             assert_eq!(loaded.warnings.is_empty(), bad == 0.0, "{:?}", loaded.warnings);
         }
     }
+}
+
+/// A text of two triangles with coordinates, whose faces say these texture numbers, with three small images beside it.
+fn textured(comments: &str, numbers: Option<[i32; 2]>) -> Loaded {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["red.png", "green hue.png"] {
+        image::RgbImage::from_pixel(1, 1, image::Rgb([9, 9, 9])).save(folder.path().join(name)).expect("an image");
+    }
+    let vertices = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float u\nproperty float v\n";
+    let property = numbers.map_or("", |_| "property int texnumber\n");
+    let [a, b] = numbers.map_or([String::new(), String::new()], |numbers| numbers.map(|number| format!(" {number}")));
+    let text = format!(
+        "ply\nformat ascii 1.0\n{comments}{vertices}element face 2\nproperty list uchar int vertex_indices\n{property}end_header\n\
+         0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n0 1 0 0 1\n3 0 1 2{a}\n3 0 2 3{b}\n"
+    );
+    let path = folder.path().join("test.ply");
+    std::fs::write(&path, text).expect("a file");
+    let loaded = raywright_io::load(&Input::Path(path.clone()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    check_sound(&loaded, &path);
+    loaded
+}
+
+/// What each object shows: its image, and how many triangles and vertices it has.
+fn shown(loaded: &Loaded) -> Vec<(&str, usize, usize)> {
+    let one = |object| {
+        let (mesh, scene) = (mesh_of(loaded, object), &loaded.scene);
+        let model = scene.materials.iter().find(|material| material.name == object.material).map(|material| &material.model);
+        let Some(Model::Physical(model)) = model else { panic!("{model:?}") };
+        let used = model.base_colour_texture.as_ref().map_or("", |texture| &texture.name);
+        let image = scene.textures.iter().find(|texture| texture.name == used).map_or("", |texture| &texture.image);
+        (image, mesh.indices.len(), mesh.positions.len())
+    };
+    loaded.scene.objects.iter().map(one).collect()
+}
+
+/// Protects: each face shows the texture that its `texnumber` is the place of, `TextureFile` in any case of letters and names with blanks; the
+/// number of none and one beyond all show none; and textures that no face shows are said.
+#[test]
+fn faces_show_their_own_textures() {
+    let comments = "comment TextureFile red.png\ncomment TEXTUREFILE green hue.png\n";
+    let cases: [(&str, Option<[i32; 2]>, &[(&str, usize, usize)], &[&str]); 8] = [
+        (comments, Some([0, 1]), &[("red.png", 1, 3), ("green hue.png", 1, 3)], &[]),
+        (comments, Some([1, 1]), &[("green hue.png", 2, 4)], &["no face shows the texture 0, `red.png`"]),
+        (comments, Some([-1, 7]), &[("", 2, 4)], &["1 triangles have a texnumber beyond its 2 images", "texture 0", "texture 1"]),
+        (comments, None, &[("red.png", 2, 4)], &["all show the first, none the texture `green hue.png`"]),
+        ("comment texturefile red.png\n", None, &[("red.png", 2, 4)], &[]),
+        ("comment TextureFile red.png\n", Some([0, 0]), &[("red.png", 2, 4)], &[]),
+        ("comment TextureFile red.png\n", Some([0, -1]), &[("", 1, 3), ("red.png", 1, 3)], &[]),
+        ("", Some([0, 1]), &[("", 2, 4)], &[]),
+    ];
+    for (comments, numbers, expected, warnings) in cases {
+        let loaded = textured(comments, numbers);
+        assert_eq!(shown(&loaded), expected, "{comments}, {numbers:?}");
+        assert_eq!(loaded.warnings.len(), warnings.len(), "{:?}", loaded.warnings);
+        for (warning, words) in loaded.warnings.iter().zip(warnings) {
+            assert!(warning.message.contains(words), "{warning}, not {words}");
+        }
+    }
+}
+
+/// Protects: a texture that is named where nothing has coordinates is said.
+#[test]
+fn textures_without_coordinates_are_said() {
+    let loaded =
+        read(triangle(&format!("comment TextureFile a.png\n{XYZ}{FACES}"), PLACES, "3 0 1 2").as_bytes()).expect("a mesh");
+    let [warning] = loaded.warnings.as_slice() else { panic!("{:?}", loaded.warnings) };
+    assert!(warning.message.contains("`a.png`") && warning.message.contains("no texture coordinates"), "{warning}");
 }

@@ -15,7 +15,7 @@ macro_rules! physical_fields {
             /// The metallic-roughness model of glTF 2.0 with its extensions. Every factor multiplies its texture.
             Physical
             /// Base colour, linear.
-            base_colour: ColourInput = ColourInput::default(), Bounds::Colour;
+            base_colour: ColourInput = ColourInput::default(), Bounds::Light;
             /// Image that multiplies the base colour.
             base_colour_texture: Option<TextureRef> = None, Any;
             /// Whether the colours of the mesh's vertices multiply the base colour.
