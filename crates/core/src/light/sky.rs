@@ -14,7 +14,6 @@ use crate::expr::{Inputs, Programs, Scope, compile};
 use crate::lookup::Lookup;
 use crate::prepare::PrepareError;
 use crate::scene::{ColourInput, ImageData, Pixels, Sky as SkyData};
-use crate::texture::clamp_negative;
 
 /// What a ray sees that hits nothing.
 #[derive(Clone, Debug)]
@@ -137,9 +136,7 @@ impl<R: Real> SkyRadiance<R> {
             SkyKind::None => R::Vec3::ZERO,
             SkyKind::Constant(c) => *c,
             SkyKind::Gradient(gradient) => gradient.radiance::<R>(d),
-            SkyKind::Expression(programs) => {
-                clamp_negative::<R>(programs.vector(0, &Inputs::<R> { d, o: origin, ..Inputs::default() }))
-            }
+            SkyKind::Expression(programs) => programs.vector(0, &Inputs::<R> { d, o: origin, ..Inputs::default() }),
             SkyKind::Map(map) => map.radiance(place),
         }
     }

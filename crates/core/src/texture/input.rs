@@ -222,7 +222,7 @@ impl<R: Real> Input<R> {
 
 /// What an expression makes of a colour: parts below zero have no meaning and are zero; what is no number stays none.
 #[inline(always)]
-pub(crate) fn clamp_negative<R: Real>(colour: R::Vec3) -> R::Vec3 {
+fn clamp_negative<R: Real>(colour: R::Vec3) -> R::Vec3 {
     R::Vec3::new(zero_if_negative(colour.x()), zero_if_negative(colour.y()), zero_if_negative(colour.z()))
 }
 

@@ -27,8 +27,8 @@ fn lit(model: Value) -> Scene {
     scene
 }
 
-/// Protects: an expression of the hit that comes out below zero there counts as zero, as a colour of a surface, as a weight and as a sky. A texture
-/// coordinate keeps its sign.
+/// Protects: an expression of the hit that comes out below zero there counts as zero, as a colour of a surface and as a weight. A texture
+/// coordinate keeps its sign, and so does a sky, by which shaders darken what mirrors it.
 #[test]
 fn what_a_hit_makes_negative_is_zero() {
     let emitted = |x: &str| lit(classic(json!({ "colour": 0, "emission": x })));
@@ -36,7 +36,7 @@ fn what_a_hit_makes_negative_is_zero() {
     sees(&lit(classic(json!({ "colour": 1, "local": "0 - u" }))), ASIDE, [0.0; 3]);
     sees(&lit(classic(json!({ "colour": 0, "reflection": { "weight": "0 - u", "tinted": false } }))), ASIDE, [0.0; 3]);
     sees(&lit(physical(json!({ "base_colour": "0 - u", "ior": 1 }))), ASIDE, [0.0; 3]);
-    sees(&scene(json!({ "sky": { "expression": "d" } })), [[0.0; 3], [-0.6, 0.8, 0.0]], [0.0, 0.8, 0.0]);
+    sees(&scene(json!({ "sky": { "expression": "d" } })), [[0.0; 3], [-0.6, 0.8, 0.0]], [-0.6, 0.8, 0.0]);
     let texture = |at: &str| json!({ "texture": { "name": "halves", "uv": [at, 0.5] } });
     sees(&lit(classic(json!({ "colour": 0, "emission": texture("0 - u") }))), ASIDE, [0.0, 0.5, 1.0]);
 }
