@@ -191,7 +191,7 @@ fn errors_name_line_and_cause() {
         ("v 0 0\n", "line 1: v: 2 numbers"),
         ("vn 1 2\n", "vn: 2 numbers"),
         ("v 0 0 0\nf 1/1/1/1 1 1\n", "more than three parts"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2/1 3/0\n", "line 6: f: `3/0`: indices start at 1"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2/1 0/1\n", "line 6: f: `0/1`: indices start at 1"),
     ] {
         let (_folder, path) = write(text);
         let error = try_load(&path).expect_err(text).to_string();
