@@ -103,6 +103,28 @@ fn a_sun_through_a_boundary() {
     });
 }
 
+/// Protects: of a channel that a body does not absorb all arrives of a sun that is beyond any distance, though others lose all, and no sample
+/// is lost.
+#[test]
+fn a_channel_that_is_not_absorbed() {
+    let down = json!({ "lights": [crate::support::sun([0.1, -1.0, 0.2])] });
+    with_and_without_priority(|terms| {
+        let mut terms = terms.clone();
+        terms["attenuation_colour"] = json!([1, 0.5, 0]);
+        for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
+            let [dimmed, clear] = [true, false].map(|absorbs| {
+                let terms = if absorbs { terms.clone() } else { json!({ "priority": terms.get("priority").map_or(0, |_| 1) }) };
+                let found = pond(absorbs, &terms, &down);
+                let settings = Settings { precision, size: [4, 4], ..paths(&found, AT, 2) };
+                let counters = crate::support::rendered(&found, &settings).counters;
+                assert_eq!((counters.dropped, counters.samples), (0, 4 * 4 * 64), "{terms}, {precision:?}");
+                mean(&found, &settings).0
+            });
+            assert!(clear[0] > 0.0 && dimmed == [clear[0], 0.0, 0.0], "{terms}, {precision:?}: {dimmed:?} of {clear:?}");
+        }
+    });
+}
+
 /// Protects: a thin wall bounds no body, so what is behind it absorbs nothing, whatever its material says.
 #[test]
 fn a_thin_wall_absorbs_nothing_behind_it() {

@@ -118,8 +118,8 @@ impl<R: Real> PathTracer<'_, R> {
 
 /// What passes of light on its way through what absorbs so much a metre (Beer and Lambert).
 fn absorbed<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
-    // Nothing is lost on no way, also where infinitely much would be.
-    let share = |a: R| if distance > R::ZERO { Real::exp(-(a * distance)) } else { R::ONE };
+    // Nothing is lost on no way, also where infinitely much would be, nor of what is not absorbed, also on a way without end.
+    let share = |a: R| if distance > R::ZERO && a > R::ZERO { Real::exp(-(a * distance)) } else { R::ONE };
     R::Vec3::new(share(absorption.x()), share(absorption.y()), share(absorption.z()))
 }
 
@@ -131,9 +131,12 @@ mod tests {
     /// Protects (S21): transmittance lies in [0, 1] from nothing to everything, and is exact to a few units of rounding.
     #[test]
     fn transmittance() {
-        for (a, d) in [(0.0, 5.0), (1e-8, 1.0), (1e3, 1.0), (f64::INFINITY, 0.0), (f64::INFINITY, 1.0), (3.0, 0.25), (0.0, 1e9)] {
+        let endless = f64::INFINITY;
+        let finite = [(0.0, 5.0), (1e-8, 1.0), (1e3, 1.0), (3.0, 0.25), (0.0, 1e9)];
+        let infinite = [(endless, 0.0), (endless, 1.0), (0.0, endless), (-0.0, endless), (1e-8, endless), (endless, endless)];
+        for (a, d) in finite.into_iter().chain(infinite) {
             let (single, double) = (absorbed::<f32>(Vec3::splat(a as f32), d as f32).x, absorbed::<f64>(DVec3::splat(a), d).x);
-            let expected = if d == 0.0 { 1.0 } else { (-a * d).exp() };
+            let expected = if d == 0.0 || a == 0.0 { 1.0 } else { (-a * d).exp() };
             assert!(
                 (double - expected).abs() <= 1e-15 && (f64::from(single) - expected).abs() <= 1e-6,
                 "{a} · {d}: {single} {double}"
