@@ -4,6 +4,8 @@ use core::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
+use crate::integrator::MOST_PASSAGES;
+
 /// Rays by kind and samples by fate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
@@ -28,11 +30,41 @@ pub struct Counters {
     pub samples: u64,
     /// Samples dropped because they were not finite.
     pub dropped: u64,
+    /// Rays that ended because those of their sample had passed as many surfaces as they may that were not there, or there in part.
+    #[serde(default)]
+    pub cut_short: u64,
     /// Samples whose camera ray met something.
     pub met: u64,
 }
 
+/// What is not in a picture, though it was to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleLoss {
+    /// Samples were dropped because they were not finite.
+    NotFinite {
+        /// How many.
+        dropped: u64,
+        /// Of so many.
+        of: u64,
+    },
+    /// Rays ended because those of their sample had passed as many surfaces as they may that were not there, or there in part.
+    CutShort {
+        /// How many.
+        rays: u64,
+        /// Surfaces that the rays of a sample may pass.
+        most: u32,
+    },
+}
+
 impl Counters {
+    /// What was lost of the samples.
+    pub fn losses(&self) -> impl Iterator<Item = SampleLoss> + use<> {
+        let Self { samples, dropped, cut_short: rays, .. } = *self;
+        let not_finite = (dropped > 0).then_some(SampleLoss::NotFinite { dropped, of: samples + dropped });
+        let cut_short = (rays > 0).then_some(SampleLoss::CutShort { rays, most: MOST_PASSAGES });
+        not_finite.into_iter().chain(cut_short)
+    }
+
     /// Rays of all kinds.
     pub fn rays(&self) -> u64 {
         self.camera + self.reflection + self.refraction + self.scatter + self.shadow
@@ -50,6 +82,7 @@ impl AddAssign for Counters {
         self.found += other.found;
         self.samples += other.samples;
         self.dropped += other.dropped;
+        self.cut_short += other.cut_short;
         self.met += other.met;
     }
 }

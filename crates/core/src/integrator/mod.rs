@@ -28,8 +28,9 @@ use crate::observer::Observer;
 use crate::prepare::Prepared;
 use crate::sampler::Address;
 
-/// Surfaces that a ray may pass through because they are absent there (alpha below a cutoff) before it is given up.
-const MAX_CUTOUTS: u32 = 256;
+/// Surfaces that the rays of a sample may pass as they go on unchanged, because nothing is there, or a part, or the same on both sides. It is
+/// no segment of a path, and a limit only so that there is an end: rays that reach it are counted.
+pub(crate) const MOST_PASSAGES: u32 = 1 << 13;
 
 /// As many camera rays as are intersected together.
 pub(crate) const PACKET: usize = 16;

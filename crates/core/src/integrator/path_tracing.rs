@@ -9,6 +9,7 @@ mod classic;
 mod direct;
 mod ground;
 mod layered;
+mod matched;
 mod media;
 mod mixture;
 mod nested;
@@ -28,7 +29,7 @@ use media::Media;
 use wavefront::Wavefront;
 
 use super::spawn::LeastDistances;
-use super::{CameraRays, FirstHit, General, LightTransport, MAX_CUTOUTS, PathResults, PathSegment};
+use super::{CameraRays, FirstHit, General, LightTransport, MOST_PASSAGES, PathResults, PathSegment};
 use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightUsage, SkySample};
@@ -119,8 +120,9 @@ struct PathState<R: Real> {
     draws: VertexSamples,
     /// Segments traced so far.
     traced: u32,
-    /// Surfaces that it passed through because they are absent there.
-    cutouts: u32,
+    /// How many of them it came to unchanged by a border of equal media, and the surfaces that it passed unchanged in all.
+    matched: u32,
+    passages: u32,
     /// Whether it has met a surface.
     hit: bool,
     /// Least density with which it left one, the last one apart: how far it was scattered before.
@@ -176,7 +178,8 @@ impl<R: Real> PathTracer<'_, R> {
             way: address.way(),
             draws: VertexSamples::default(),
             traced: 0,
-            cutouts: 0,
+            matched: 0,
+            passages: 0,
             hit: false,
             spread: f64::INFINITY,
             media: self.media,
@@ -207,6 +210,9 @@ impl<R: Real> PathTracer<'_, R> {
             path.media = beyond;
             return self.pass(path, at);
         }
+        if let Some(tint) = self.matched(path, at) {
+            return self.pass_matched(path, at, tint);
+        }
         path.hit = true;
         path.traced += 1;
         self.vertex(path, hit, at)
@@ -215,7 +221,7 @@ impl<R: Real> PathTracer<'_, R> {
     /// Keeps what a camera ray hits first, where layers ask for it.
     #[inline(always)]
     fn keep_first(&mut self, path: &PathState<R>, hit: &Hit<R>) {
-        if self.keeps_first && path.traced == 0 && path.cutouts == 0 {
+        if self.keeps_first && path.traced == 0 && path.passages == 0 {
             self.first = Some(FirstHit::new::<R, General>(self.scene, &path.leg, hit));
         }
     }
@@ -270,12 +276,25 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Takes a path on through a surface that is not there where it met it.
-    fn pass(&self, path: &mut PathState<R>, at: &Interaction<R>) -> bool {
-        path.cutouts += 1;
+    fn pass(&mut self, path: &mut PathState<R>, at: &Interaction<R>) -> bool {
         path.address.bounce += 1;
         let rest = path.leg.rest;
         let ray = Ray { culls: path.leg.ray.culls, ..self.scene.spawn(at, at.direction, -R::ONE) };
         path.leg.go_on(&ray, rest);
-        path.cutouts <= MAX_CUTOUTS
+        self.counts_passage(path)
+    }
+
+    /// Counts a surface that a path passed unchanged. Whether it may pass more.
+    fn counts_passage(&mut self, path: &mut PathState<R>) -> bool {
+        path.passages += 1;
+        let ends = path.passages > MOST_PASSAGES;
+        self.counters.cut_short += u64::from(ends);
+        !ends
+    }
+
+    /// Whether a path has all its segments. Those between borders of equal media are one.
+    #[inline(always)]
+    fn is_at_limit(&self, path: &PathState<R>) -> bool {
+        path.traced - path.matched >= self.max_depth
     }
 }

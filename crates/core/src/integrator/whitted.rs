@@ -13,7 +13,9 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 use self::state::WhittedState;
 use super::shadow::ShadowResult;
 use super::spawn::LeastDistances;
-use super::{CameraRays, FirstHit, FirstHits, Kernel, LightTransport, PACKET, PathResult, PathResults, PathSegment};
+use super::{
+    CameraRays, FirstHit, FirstHits, Kernel, LightTransport, MOST_PASSAGES, PACKET, PathResult, PathResults, PathSegment,
+};
 use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample};
@@ -112,7 +114,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             radiance: Vector::ZERO,
             address: *address,
             segments: self.max_depth,
-            cutouts: 0,
+            passages: 0,
             camera: true,
             share: R::ONE,
             covered: R::ZERO,
@@ -213,11 +215,48 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
 
     #[inline(never)]
     fn taken_up(&mut self, path: &mut WhittedState<R>) -> bool {
-        let Some(before) = self.waiting.pop() else { return false };
-        let brought = core::mem::replace(path, before);
-        path.radiance += brought.radiance;
-        path.covered += brought.covered;
-        true
+        while let Some(before) = self.waiting.pop() {
+            let brought = core::mem::replace(path, before);
+            path.radiance += brought.radiance;
+            path.covered += brought.covered;
+            path.passages = brought.passages;
+            // It may have waited as the last thing that it did.
+            if path.segments > 0 {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Takes a path on in the same direction beyond a surface, with what it counts there: that is no segment.
+    fn pass(&mut self, path: &mut WhittedState<R>, at: &Interaction<R>, throughput: R::Vec3) {
+        let rest = path.leg.rest;
+        path.leg.go_on(&self.behind(path, at), rest);
+        path.throughput = throughput;
+        path.address.bounce += 1;
+        self.count_passage(path);
+    }
+
+    /// The same beyond a border of equal media, which is no more than a tint of a surface that is there.
+    fn pass_border(&mut self, path: &mut WhittedState<R>, at: &Interaction<R>, throughput: R::Vec3) {
+        self.counters.refraction += 1;
+        path.covered += core::mem::replace(&mut path.share, R::ZERO);
+        path.camera = false;
+        self.pass(path, at, throughput);
+    }
+
+    /// The ray of a path as it goes on beyond a surface.
+    fn behind(&self, path: &WhittedState<R>, at: &Interaction<R>) -> Ray<R> {
+        Ray { culls: path.leg.ray.culls, ..self.scene.spawn(at, at.direction, -R::ONE) }
+    }
+
+    /// Counts a surface that a path passed unchanged, and ends one that may pass no more.
+    fn count_passage(&mut self, path: &mut WhittedState<R>) {
+        path.passages += 1;
+        if path.passages > MOST_PASSAGES {
+            path.segments = 0;
+            self.counters.cut_short += 1;
+        }
     }
 
     /// What lies between a surface and a light that it sees.

@@ -1,11 +1,13 @@
 //! Surfaces that are only partly there, in camera rays; `shadows` has them in the way of light.
 
-use raywright_core::scene::{ImageData, Pattern, Pinhole, Pixels, Projection};
+use raywright_core::counters::SampleLoss;
+use raywright_core::scene::{ImageData, Integrator, Pattern, Pinhole, Pixels, Projection};
 use raywright_core::settings::{Background, Sampling};
 use raywright_core::{Scene, Settings};
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, PRECISIONS, floor, near, physical, pixel, rendered, sees, settings};
+use crate::paths::{mean, paths};
+use crate::support::{DOWN, PRECISIONS, SLANTED, floor, near, physical, pixel, rendered, sees, settings};
 
 /// A disk at height 1 of an unlit material above an unlit blue floor.
 fn above_blue(terms: Value, count: usize) -> Scene {
@@ -41,7 +43,7 @@ fn the_background_is_seen_through_panes() {
     scene.sky = serde_json::from_value(json!({ "constant": [9, 9, 9] })).expect("a sky");
     let settings = Settings { background: Background::Colour([0.0, 0.0, 1.0]), ..settings(&scene, DOWN) };
     near(pixel(&scene, &settings), [0.4375, 0.21875, 0.5625], 1e-6, "behind panes");
-    let paths = Settings { integrator: raywright_core::scene::Integrator::Path, ..settings };
+    let paths = Settings { integrator: Integrator::Path, ..settings };
     let seen = pixel(&scene, &paths);
     assert!(seen == [1.0, 0.5, 0.0] || seen == [0.0, 0.0, 1.0], "{seen:?}");
 }
@@ -90,16 +92,69 @@ fn masks_at_their_cutoff_are_whole() {
     }
 }
 
-/// Protects: what is absent costs no segment, what is half there costs one.
+/// A row of these numbers of layers, and what both integrators leave of the blue floor behind them in one segment.
+#[track_caller]
+fn leave_of_blue(layers: impl Fn(usize) -> Scene, left: f64) {
+    for count in [0, 1, 10, 100, 1000] {
+        let (scene, expected) = (layers(count), [0.0, 0.0, left.powi(count as i32)]);
+        for (precision, tolerance) in crate::support::PRECISIONS {
+            let found = pixel(&scene, &Settings { precision, max_depth: 1, ..settings(&scene, DOWN) });
+            near(found, expected, 1e-3 * expected[2] + tolerance, &format!("{count} layers, {precision:?}"));
+            let ([.., found], [.., error]) = mean(&scene, &Settings { precision, size: [4, 4], ..paths(&scene, DOWN, 1) });
+            assert!(
+                (found - expected[2]).abs() <= 4.0 * error + 1e-4,
+                "{count} layers, {precision:?}: {found}, not {expected:?}"
+            );
+        }
+    }
+}
+
+/// Protects: what lets a ray go on unchanged costs no segment, however much of it there is, in either integrator: blended surfaces, one before
+/// the other or nested, what a mask leaves out, and borders of equal media with their tint.
 #[test]
-fn absent_surfaces_cost_no_segment() {
-    let at = |scene: &Scene, max_depth: u32| pixel(scene, &Settings { max_depth, ..settings(scene, DOWN) });
-    let absent = above_blue(json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } }), 3);
-    near(at(&absent, 1), [0.0, 0.0, 1.0], 1e-6, "absent");
-    let half = above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 2);
-    near(at(&half, 1), [0.25, 0.125, 0.0], 1e-6, "depth 1");
-    near(at(&half, 2), [0.4375, 0.21875, 0.0], 1e-6, "depth 2");
-    near(at(&half, 3), [0.4375, 0.21875, 0.5625], 1e-6, "depth 3");
+fn what_is_passed_costs_no_segment() {
+    let stack = |terms: Value| {
+        move |count: usize| {
+            let mut scene = above_blue(terms.clone(), 0);
+            let kind = json!({ "grid": { "counts": [1, count, 1], "origin": [0, 0.001, 0], "step": [0, 0.001, 0] } });
+            let object =
+                json!({ "shape": { "disk": { "centre": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
+            if count > 0 {
+                scene.generators.push(serde_json::from_value(json!({ "kind": kind, "object": object })).expect("a generator"));
+            }
+            scene
+        }
+    };
+    leave_of_blue(stack(json!({ "base_colour": 0, "opacity": 0.05, "alpha": BLEND })), 0.95);
+    leave_of_blue(stack(json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } })), 1.0);
+    let clear = json!({ "base_colour": [1, 1, 0.97], "unlit": false, "transmission": 1, "roughness": 0, "ior": 1 });
+    leave_of_blue(stack(clear), 0.97);
+    leave_of_blue(
+        |count| {
+            let mut scene = above_blue(json!({ "base_colour": 0, "opacity": 0.05, "alpha": BLEND }), 0);
+            let shell = |i: usize| crate::support::ball([0.0, 1.0, 0.0], 0.9 - 0.8 * i as f64 / count as f64, "pane");
+            scene.objects.extend((0..count).map(|i| serde_json::from_value(shell(i)).expect("an object")));
+            scene
+        },
+        0.95 * 0.95,
+    );
+}
+
+/// Protects: a mirror behind panes, and panes in a mirror, leave it all its segments.
+#[test]
+fn panes_take_no_segment_from_mirrors() {
+    let pane = json!({ "base_colour": 0, "unlit": true, "opacity": 0.1, "alpha": BLEND });
+    let disk =
+        |y: f64| json!({ "shape": { "disk": { "centre": [0, y, 0], "normal": [0, 1, 0], "radius": 9 } }, "material": "pane" });
+    let scene = floor(
+        crate::support::classic(json!({ "local": 0, "reflection": { "weight": 1 } })),
+        json!({ "materials": [{ "name": "pane", "model": physical(pane) }], "sky": { "constant": 1 },
+            "objects": (1..=12).map(|i| disk(0.1 * f64::from(i))).collect::<Vec<_>>() }),
+    );
+    let expected = 0.9_f64.powi(24);
+    near(pixel(&scene, &Settings { max_depth: 2, ..settings(&scene, SLANTED) }), [expected; 3], 1e-5, "Whitted");
+    let (found, error) = mean(&scene, &paths(&scene, SLANTED, 2));
+    assert!((found[0] - expected).abs() <= 4.0 * error[0], "{found:?} +- {error:?}, not {expected}");
 }
 
 /// Protects: behind what is absent the camera still looks into its background.
@@ -169,19 +224,28 @@ fn narrow(settings: &Settings) -> raywright_core::scene::Camera {
     camera
 }
 
-/// Protects: many absent surfaces in a row are passed, and only so many that a ray comes to an end.
+/// Protects: thousands of absent surfaces in a row are passed, by either integrator, and only so many that a ray comes to an end, which is
+/// counted.
 #[test]
-fn rays_pass_some_hundred_absent_surfaces() {
+fn rays_pass_some_thousand_absent_surfaces() {
     let mask = json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } });
     let stack = |count: u32| {
         let mut scene = above_blue(mask.clone(), 0);
-        let kind = json!({ "grid": { "counts": [1, count, 1], "origin": [0, 0.001, 0], "step": [0, 0.001, 0] } });
+        let kind = json!({ "grid": { "counts": [1, count, 1], "origin": [0, 0.0001, 0], "step": [0, 0.0001, 0] } });
         let object =
             json!({ "shape": { "disk": { "centre": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
-        let generator = json!({ "kind": kind, "object": object });
-        scene.generators.push(serde_json::from_value(generator).expect("a generator"));
+        scene.generators.push(serde_json::from_value(json!({ "kind": kind, "object": object })).expect("a generator"));
         scene
     };
-    sees(&stack(256), DOWN, [0.0, 0.0, 1.0]);
-    sees(&stack(257), DOWN, [0.0, 0.0, 0.0]);
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        for (count, blue, losses) in [(8192, 1.0, vec![]), (8193, 0.0, vec![SampleLoss::CutShort { rays: 1, most: 8192 }])] {
+            let scene = stack(count);
+            let found = rendered(&scene, &Settings { integrator, ..settings(&scene, DOWN) });
+            assert_eq!(
+                (found.picture.rgb[0], found.counters.losses().collect()),
+                ([0.0, 0.0, blue], losses),
+                "{integrator:?}, {count}"
+            );
+        }
+    }
 }

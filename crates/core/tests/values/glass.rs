@@ -95,3 +95,16 @@ fn shadows_of_varying_glass() {
     seen(json!({}), [tint, 0.0]);
     seen(json!({ "opacity": 0.5, "alpha": "blend" }), [1.0 - 0.5 * (1.0 - tint), 0.5]);
 }
+
+/// Protects: glass that lets nothing through, of either family, reflects as glass does, once: by Whitted's rules the path that has no way on
+/// still waits for the reflection.
+#[test]
+fn glass_that_lets_nothing_through() {
+    for model in [
+        physical(json!({ "base_colour": 0, "transmission": 1, "roughness": 0, "ior": 1.5 })),
+        classic(json!({ "local": 0, "transmission": { "ior": 1.5, "refracted_tint": 0 } })),
+    ] {
+        let scene = floor(model, json!({ "sky": { "constant": 1 } }));
+        crate::support::sees(&scene, crate::support::DOWN, [0.04; 3]);
+    }
+}

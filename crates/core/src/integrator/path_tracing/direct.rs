@@ -111,7 +111,7 @@ impl<R: Real> PathTracer<'_, R> {
         };
         let (answer, share) = answer;
         let sent = query.seen.arriving * answer * (Real::abs(query.facing) * share);
-        if sent == Vector::ZERO || !sent.is_finite() {
+        if sent == Vector::ZERO {
             return;
         }
         let sent = self.arriving(path, at, (query.light, query.seen, query.through), sent);
@@ -144,17 +144,20 @@ impl<R: Real> PathTracer<'_, R> {
         let media = || if through { self.beyond(&path.media, at) } else { path.media };
         if varies || shadows && scene.lets_straight {
             let emitter = match light {
-                LightId::Emitter(i) if varies => Some(i),
+                LightId::Emitter(i) => Some(i),
                 _ => None,
             };
             let media = media();
-            sent *= self.arrives_straight(path, media, &seen, (at, emitter));
+            let arrives = self.arrives_straight(path, media, (&seen, emitter), at);
+            // Also of what is no number.
+            sent = if arrives == Vector::ZERO { Vector::ZERO } else { sent * arrives };
         } else {
             if scene.absorbs {
                 sent *= self.passes_media(&media(), at.distance_to(&seen.target));
             }
             if shadows {
-                sent *= self.arrives(&seen, at);
+                let arrives = self.arrives(&seen, at);
+                sent = if arrives > R::ZERO { sent * arrives } else { Vector::ZERO };
             }
         }
         self.usage.count(light, sent != Vector::ZERO);

@@ -80,8 +80,11 @@ impl<R: Real> PathTracer<'_, R> {
         if m.published_roulette {
             let divided = weight * R::from_f64(1.0 / chance.max(LEAST_CHANCE));
             let largest = (path.throughput * divided).max_element();
-            // Also ends what is no number.
-            if !(luck < largest && largest.is_finite()) {
+            if !largest.is_finite() {
+                path.radiance += path.throughput * divided;
+                return false;
+            }
+            if luck >= largest {
                 return false;
             }
             drawn.weight = divided * (one / largest);

@@ -76,7 +76,7 @@ impl<R: Real> PathTracer<'_, R> {
         vertices: &mut RoughVertices<R>,
     ) -> bool {
         let scene = self.scene;
-        if path.traced + 1 >= self.max_depth {
+        if path.traced - path.matched + 1 >= self.max_depth {
             return false;
         }
         let (material, here) = (&scene.materials[at.material as usize], scene.sources.at(at));
@@ -141,6 +141,10 @@ impl<R: Real> PathTracer<'_, R> {
                 if shaded.goes_on[lane] {
                     self.send_on(bounce, (vertices, lane), &shaded);
                 } else {
+                    if shaded.overflows[lane] {
+                        let place = vertices.place[lane] as usize;
+                        bounce.paths[bounce.going[place] as usize].radiance = Vector::splat(R::INFINITY);
+                    }
                     ended(vertices.place[lane]);
                 }
             }
@@ -202,7 +206,7 @@ impl<R: Real> PathTracer<'_, R> {
             } else {
                 R::ONE
             };
-            let sent = sent * arrives;
+            let sent = if arrives > R::ZERO { sent * arrives } else { Vector::ZERO };
             self.usage.count(light, sent != Vector::ZERO);
             sent
         } else {

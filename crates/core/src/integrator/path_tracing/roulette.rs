@@ -41,14 +41,20 @@ pub(super) fn survive<R: Real>(throughput: R::Vec3, most: R, u_roulette: R) -> (
     let may_end = most < R::INFINITY;
     let divided = throughput * (R::ONE / survival);
     let throughput = if may_end { divided } else { throughput };
-    (throughput, (!may_end | (u_roulette < survival)) & is_some::<R>(throughput))
+    (throughput, (!may_end | (u_roulette < survival)) & is_some::<R>(throughput) & is_number::<R>(throughput))
 }
 
-/// Whether something is left of what light brings.
+/// Whether something is left of what light brings, a number or not.
 #[inline(always)]
 pub(super) fn is_some<R: Real>(v: R::Vec3) -> bool {
+    (v.x() != R::ZERO) | (v.y() != R::ZERO) | (v.z() != R::ZERO)
+}
+
+/// Whether it is a number. A path that carries none makes its sample none, which is then dropped and counted.
+#[inline(always)]
+pub(super) fn is_number<R: Real>(v: R::Vec3) -> bool {
     let (x, y, z) = (Real::abs(v.x()), Real::abs(v.y()), Real::abs(v.z()));
-    ((x > R::ZERO) | (y > R::ZERO) | (z > R::ZERO)) & (x < R::INFINITY) & (y < R::INFINITY) & (z < R::INFINITY)
+    (x < R::INFINITY) & (y < R::INFINITY) & (z < R::INFINITY)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Ray, Real};
 
-use super::roulette::survive;
+use super::roulette::{is_number, survive};
 use super::{PathState, PathTracer, PreviousVertex};
 use crate::interaction::Interaction;
 use crate::material::BsdfSample;
@@ -32,8 +32,12 @@ impl<R: Real> PathTracer<'_, R> {
         onward: ScatteredRay<R>,
     ) -> bool {
         let most = path.most_survival(self.scene.roulette);
-        let (throughput, goes_on) = survive(path.throughput * drawn.weight, most, R::from_f32(path.draws.scatter[3]));
+        let carried = path.throughput * drawn.weight;
+        let (throughput, goes_on) = survive(carried, most, R::from_f32(path.draws.scatter[3]));
         if !goes_on {
+            if !is_number::<R>(carried) {
+                path.radiance += carried;
+            }
             return false;
         }
         let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };

@@ -5,7 +5,7 @@ use raywright_bvh::{Loops, Ray, Real, Vector};
 
 use super::direct::MisStrategy;
 use super::respond::Answers;
-use super::roulette::{is_some, survive};
+use super::roulette::{is_number, is_some, survive};
 use super::vertices::VertexLanes;
 use super::weight;
 use crate::light::{Column, LANES, LightLanes, TargetKind, Vec3Column, put, vector};
@@ -22,6 +22,8 @@ pub(super) struct ShadedLanes<R: Real> {
     pub length: Column<R>,
     /// Whether the path goes on, and how.
     pub goes_on: Column<bool>,
+    /// Whether it ends because what it carries is no number.
+    pub overflows: Column<bool>,
     pub origin: Vec3Column<R>,
     pub direction: Vec3Column<R>,
     pub throughput: Vec3Column<R>,
@@ -50,6 +52,7 @@ impl<R: Real, const MATTE: bool> Loops for Shade<'_, R, MATTE> {
             towards: none,
             length: none[0],
             goes_on: [false; LANES],
+            overflows: [false; LANES],
             origin: none,
             direction: answers.direction,
             throughput: none,
@@ -129,6 +132,7 @@ impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
             // A shading normal must not take a reflection below the surface.
             let below = vector::<R>(&v.geometric, lane).dot(direction) < R::ZERO;
             let throughput = vector::<R>(&v.throughput, lane) * vector::<R>(&answers.weight, lane);
+            out.overflows[lane] = answers.some[lane] & !below & !is_number::<R>(throughput);
             let (throughput, goes_on) = survive(throughput, v.most_survival[lane], v.numbers[3][lane]);
             out.goes_on[lane] = answers.some[lane] & !below & goes_on;
             put::<R>(&mut out.throughput, lane, throughput);

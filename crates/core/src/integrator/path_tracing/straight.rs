@@ -5,7 +5,7 @@
 
 use raywright_bvh::{Hit, Interval, Real, Vector};
 
-use super::super::{General, MAX_CUTOUTS, PathSegment};
+use super::super::{General, MOST_PASSAGES, PathSegment};
 use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::{Density, LightSample, Target};
@@ -22,12 +22,13 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         path: &PathState<R>,
         mut media: Media,
-        light: &LightSample<R>,
-        (at, varied): (&Interaction<R>, Option<u32>),
+        (light, emitter): (&LightSample<R>, Option<u32>),
+        at: &Interaction<R>,
     ) -> R::Vec3 {
+        let varied = emitter.filter(|&emitter| self.scene.lights.emitters.varies(emitter));
         let sizeless = light.density == Density::Delta;
-        let (mut from, mut share, mut segments) = (*at, R::Vec3::ONE, path.traced + 1);
-        for _ in 0..=MAX_CUTOUTS {
+        let (mut from, mut share, mut segments) = (*at, R::Vec3::ONE, path.traced - path.matched + 1);
+        for _ in 0..=MOST_PASSAGES {
             // Where the light is where the ray would start, nothing is in between.
             let Some((ray, range)) = self.scene.towards(light, &from) else {
                 return if varied.is_some() { Vector::ZERO } else { share };
@@ -43,13 +44,15 @@ impl<R: Real> PathTracer<'_, R> {
             };
             let met = Interaction::of::<General>(self.scene, &leg, &hit);
             share *= self.passes_media(&media, (met.surface.point - from.surface.point).length());
-            let (passes, counts) = if varied.is_some() && hit.t >= before {
+            let is_own = emitter.is_some() && self.scene.lights.emitters.of(met.object, hit.primitive) == emitter;
+            let is_there = is_own && is_at(&met, &light.target);
+            let (passes, counts) = if varied.is_some() && (hit.t >= before || is_there) {
                 // What lies before it was passed: it is met, or nothing of it.
-                let own = self.scene.lights.emitters.of(met.object, hit.primitive) == varied && self.scene.shines(&met);
+                let own = is_own && self.scene.shines(&met);
                 let (material, here) = (&self.scene.materials[met.material as usize], self.scene.sources.at(&met));
                 // What a surface gives off, in its share that is there.
                 return if own { share * (material.emission_at(&here) * material.alpha_at(&here)) } else { Vector::ZERO };
-            } else if self.scene.is_own(&light.target, &hit) {
+            } else if is_there || self.scene.is_own(&light.target, &hit) {
                 return share;
             } else if self.nests()
                 && let Some(beyond) = self.hidden(&media, &met)
@@ -66,6 +69,7 @@ impl<R: Real> PathTracer<'_, R> {
             }
             from = met;
         }
+        self.counters.cut_short += 1;
         Vector::ZERO
     }
 
@@ -92,4 +96,12 @@ impl<R: Real> PathTracer<'_, R> {
         self.layers_at(&mut here, hit, at, (m, &self.scene.layers[place as usize]), &mut bsdf);
         (bsdf.straight(-at.direction), true)
     }
+}
+
+/// Whether a surface is where a lamp's point was drawn, as far as rounding tells: a ray along a lamp's own plane meets it before, and from
+/// there again and again.
+fn is_at<R: Real>(met: &Interaction<R>, target: &Target<R>) -> bool {
+    let Target::Surface(target) = target else { return false };
+    let apart = (target.point - met.surface.point).length();
+    apart <= R::from_f64(64.0) * (met.surface.error + target.error)
 }

@@ -30,7 +30,7 @@ impl<R: Real> PathTracer<'_, R> {
                 self.see(path.traced == 1, shown);
                 false
             }
-            _ if path.traced >= self.max_depth => false,
+            _ if self.is_at_limit(path) => false,
             Material::Classic(m) => {
                 if let Some(mixture) = &m.mixture {
                     return self.mixed(path, at, mixture, m.colour.colour(&here));

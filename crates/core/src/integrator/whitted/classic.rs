@@ -28,7 +28,8 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         let radiance = &mut path.radiance;
         let mut here = self.scene.sources.at(at);
         let reflects = m.reflection.is_some() || m.transmission.is_some();
-        let alone = reflects && segments == 1 && self.scene.rules.local_only_at_limit;
+        let matched = m.transmission.is_some_and(|transmission| transmission.glass.ior == 1.0);
+        let alone = reflects && !matched && segments == 1 && self.scene.rules.local_only_at_limit;
         let colour = m.colour.colour(&here);
         if alone || !m.local.is_zero() {
             let local = self.local(m, &mut here, colour, address);
@@ -44,6 +45,10 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             return path.leave([None; 2]);
         }
         if let Some(transmission) = &m.transmission {
+            if matched {
+                self.pass_border(path, at, throughput * transmission.glass.transmitted);
+                return None;
+            }
             let leaving = self.refract((&transmission.glass, transmission.choice), path, hit, at, throughput);
             return path.leave(leaving);
         }

@@ -1,9 +1,9 @@
 //! Whitted shading of a physical material: base colour lit by the lights and by the sky's cosine-weighted average, smooth
 //! reflection and refraction traced, rough lobes as local highlights.
 
-use raywright_bvh::{Hit, Ray, Real, Vector};
+use raywright_bvh::{Hit, Real, Vector};
 
-use super::super::{Kernel, MAX_CUTOUTS};
+use super::super::Kernel;
 use super::WhittedTracer;
 use super::state::{NextRay, WhittedState};
 use crate::effects::MIRROR_ROUGHNESS;
@@ -30,26 +30,20 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         if alpha >= R::ONE {
             return None;
         }
-        let behind = Ray { culls: path.leg.ray.culls, ..self.scene.spawn(at, at.direction, -R::ONE) };
         if alpha <= R::ZERO {
-            path.cutouts += 1;
-            if path.cutouts > MAX_CUTOUTS {
-                path.segments = 0;
-            }
-            let rest = path.leg.rest;
-            path.leg.go_on(&behind, rest);
-            path.address.bounce += 1;
+            self.pass(path, at, path.throughput);
             return Some(None);
         }
-        let next = NextRay { ray: behind, throughput: path.throughput * (R::ONE - alpha), rest: path.leg.rest };
+        let ray = self.behind(path, at);
+        let next = NextRay { ray, throughput: path.throughput * (R::ONE - alpha), rest: path.leg.rest };
+        let (camera, segments, share) = (path.camera, path.segments, path.share * (R::ONE - alpha));
+        // What a camera ray sees through a surface it sees as if nothing were before it.
+        let mut behind = WhittedState { camera, segments, share, ..path.branch(&next, Branch::Behind) };
+        self.count_passage(&mut behind);
         path.throughput *= alpha;
-        let behind = path.share * (R::ONE - alpha);
         path.share *= alpha;
-        (path.segments > 1).then(|| {
-            path.met = Some(*hit);
-            // What a camera ray sees through a surface it sees as if nothing were before it.
-            Some(WhittedState { camera: path.camera, share: behind, ..path.branch(&next, Branch::Behind) })
-        })
+        path.met = Some(*hit);
+        Some(Some(behind))
     }
 
     /// Adds what a physical surface sends back by itself to what the path brings, which then goes on with the rays that leave.
@@ -83,6 +77,10 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
             // Paint reflects as glass does, from outside alone.
             let mirrored = if at.outside { R::ONE } else { glass.share };
             let glass = Glass { reflected: glass.reflected * mirrored, transmitted: glass.transmitted * glass.share, ..glass };
+            if glass.ior == 1.0 {
+                self.pass_border(path, at, throughput * dielectric * glass.transmitted);
+                return None;
+            }
             let leaving = self.refract((&glass, TransmissionChoice::Split), path, hit, at, throughput * dielectric);
             return path.leave(leaving);
         }

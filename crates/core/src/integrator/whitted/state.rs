@@ -19,8 +19,8 @@ pub(crate) struct WhittedState<R: Real> {
     pub address: Address,
     /// Segments that it may still have, the one to be traced included; none: it has ended.
     pub segments: u32,
-    /// Surfaces that it passed through because they are absent there.
-    pub cutouts: u32,
+    /// Surfaces that the rays of its sample passed unchanged, with those of the paths that it waited for.
+    pub passages: u32,
     /// Whether it still is what the camera sees first.
     pub camera: bool,
     /// Share of the camera ray that goes this way, while it is what the camera sees: less than one behind what is there in part.
@@ -55,7 +55,7 @@ impl<R: Real> WhittedState<R> {
             radiance: Vector::ZERO,
             address: self.address.aside(branch),
             segments: self.segments - 1,
-            cutouts: 0,
+            passages: self.passages,
             camera: false,
             share: R::ZERO,
             covered: R::ZERO,

@@ -95,6 +95,7 @@ fn together_or_one_by_one() {
                 let brought = core::mem::replace(&mut way.path, before);
                 way.path.radiance += brought.radiance;
                 way.path.covered += brought.covered;
+                way.path.passages = brought.passages;
             }
         }
         turns += 1;
