@@ -25,6 +25,10 @@ pub struct Stats<'a> {
     seconds: Seconds,
     rays: Rays,
     samples: u64,
+    /// Samples that did not enter the picture because they were not finite.
+    dropped: u64,
+    /// Rays that ended at the limit of surfaces that are passed unchanged.
+    cut_short: u64,
     effects: &'a [Finding],
     memory: Memory,
     accelerator: &'static str,
@@ -90,6 +94,8 @@ impl<'a> Stats<'a> {
             seconds,
             rays: Rays::from(&rendered.counters),
             samples: rendered.counters.samples,
+            dropped: rendered.counters.dropped,
+            cut_short: rendered.counters.cut_short,
             effects: &ready.effects().effects,
             memory: Memory { peak_bytes: memory::peak_bytes(), geometry_bytes: held.geometry, texture_bytes: held.textures },
             accelerator: origin::accelerator(ready.settings().accelerator),

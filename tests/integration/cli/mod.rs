@@ -9,6 +9,7 @@ mod environment;
 mod film_limits;
 mod films;
 mod help;
+mod losses;
 mod machines;
 mod manners;
 mod masks;

@@ -163,6 +163,8 @@ fn stats_have_their_fields() {
         "seconds",
         "rays",
         "samples",
+        "dropped",
+        "cut_short",
         "effects",
         "memory",
         "accelerator",

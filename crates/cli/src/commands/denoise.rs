@@ -44,6 +44,7 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let display = shown(&args.display, kept.display);
     let written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
     let mut notes = Notes::new(verbosity);
+    tell::note_losses(&rendered.counters, &mut notes);
     let error = tell::error(kept.film.uncertainty().as_ref(), &kept.film, &rendered, None, &mut notes)
         .unwrap_or_else(|| "denoised (biased)".to_owned());
     notes.finish();

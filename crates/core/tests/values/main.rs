@@ -30,6 +30,7 @@ mod normal_maps;
 mod offsets;
 mod paths;
 mod physical;
+mod random_scenes;
 mod reflections;
 mod rungs;
 mod sampler;

@@ -104,6 +104,7 @@ fn single(args: &RenderArgs, notes: &mut Notes) -> Result<Done, Failure> {
     let written = session.with_own(names);
     let write = clock.lap();
     let seconds = Seconds { load, prepare, render, write, total: clock.total() };
+    loaded.warnings.extend(tell::note_losses(&rendered.counters, notes));
     if let Some(path) = &args.report.stats {
         let stats = Stats::new(&loaded, &ready, &rendered, noisy, seconds);
         write_atomically(path, console::json(&stats).as_bytes())?;

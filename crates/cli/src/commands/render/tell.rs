@@ -1,5 +1,6 @@
 //! What `render` says besides its result: what is left out, lost or not met, and with `-v` where the time went.
 
+use raywright_core::counters::{Counters, SampleLoss};
 use raywright_core::display::Display;
 use raywright_core::effects::EffectReport;
 use raywright_core::film::{Doubt, Estimate, Film, Uncertainty};
@@ -73,6 +74,24 @@ fn object_name(loaded: &Loaded, index: usize) -> String {
         Some(object) if !object.name.is_empty() => format!("object `{}`", on_one_line(&object.name)),
         _ => format!("object {}", index + 1),
     }
+}
+
+/// What of a picture's samples is not in it, also for the list of warnings in the statistics.
+pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
+    let message = |loss| match loss {
+        SampleLoss::NotFinite { dropped, of } => format!(
+            "{dropped} of {of} samples ({} %) were not finite and were dropped, so that the picture is wrong where they lie; look for numbers \
+             that are too large or not defined in materials, lights and sky, or add --precision reference",
+            significant(100.0 * dropped as f64 / of as f64, 2)
+        ),
+        SampleLoss::CutShort { rays, most } => format!(
+            "{rays} rays ended at the {most} surfaces that those of a sample may pass unchanged (absent or there in part), and what lies \
+             behind is missing; leave fewer such surfaces one behind the other"
+        ),
+    };
+    let warnings: Vec<Warning> = counters.losses().map(|loss| Warning { message: message(loss) }).collect();
+    warnings.iter().for_each(|warning| notes.warn(&warning.message));
+    warnings
 }
 
 /// A picture that shows the background alone is seldom what was meant.

@@ -250,6 +250,7 @@ impl<'a> Series<'a> {
         print_hash(own, &rendered, &names, caption)?;
         self.names.push(names);
         self.together.add(rendered.shown(), plan.display, caption)?;
+        tell::note_losses(&rendered.counters, notes);
         note_rendered(loaded, &rendered, plan, targets, notes);
         tell::note_shut_away(loaded, ready, session.film(), notes);
         let noisy = session.film().uncertainty();
