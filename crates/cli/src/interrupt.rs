@@ -1,8 +1,10 @@
-//! Ctrl-C: the first one asks the work to stop where it can, the second one ends the program at once.
+//! Ctrl-C: the first one asks the work to stop where it can, and ends the program where there is nothing to keep yet; the second one ends it
+//! at once.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::beginning;
 use crate::failure::{Exit, Failure};
 
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -20,6 +22,7 @@ pub fn outlive_file_limits() {
 pub fn flag() -> Result<&'static AtomicBool, Failure> {
     static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
     let handler = || {
+        beginning::interrupt();
         if STOP.swap(true, Ordering::Relaxed) {
             std::process::exit(Exit::Interrupted as i32);
         }

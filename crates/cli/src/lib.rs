@@ -16,6 +16,7 @@
 pub mod args;
 pub mod failure;
 
+mod beginning;
 mod clock;
 mod commands;
 mod console;
@@ -51,6 +52,7 @@ use failure::{Exit, Failure};
 pub fn main() -> ExitCode {
     panic::set_hook(Box::new(report_panic));
     interrupt::outlive_file_limits();
+    beginning::watch_memory();
     let exit = match panic::catch_unwind(AssertUnwindSafe(run)) {
         Ok(Ok(())) => Exit::Done,
         Ok(Err(failure)) => {

@@ -12,14 +12,15 @@ use raywright_io::{
 };
 
 use crate::args::{DEFAULT_PRESET, SceneArgs};
+use crate::beginning::Beginning;
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::progress::Progress;
 use crate::watch::Watch;
 
 /// Reads and checks the scene of a name and notes its warnings.
-pub fn read(name: &OsStr, changes: &SceneArgs, notes: &mut Notes) -> Result<Loaded, Failure> {
-    let limits = Limits::default();
+pub fn read(name: &OsStr, changes: &SceneArgs, limits: Limits, notes: &mut Notes) -> Result<Loaded, Failure> {
+    let _beginning = Beginning::of(name, limits.memory_bytes, None)?;
     let loaded = load(&input(name, &limits)?, changes, limits, &Progress::hidden())?;
     notes.warn_of(&loaded);
     Ok(loaded)

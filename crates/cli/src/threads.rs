@@ -1,5 +1,8 @@
 //! The one place that decides how many threads work: libraries use whichever pool they are called from.
 
+use std::error::Error;
+use std::fmt::Display;
+
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::failure::{Exit, Failure};
@@ -12,13 +15,15 @@ impl Threads {
     /// this thread is one: handing work over to another one and waiting for it takes a twentieth of a millisecond each time, and
     /// preparing a small model is many pieces of work.
     pub fn new(count: Option<u32>) -> Result<Self, Failure> {
-        if count.is_none() {
-            // An error says that there is such a pool already, which will do.
-            ThreadPoolBuilder::new().use_current_thread().build_global().ok();
+        let whole = ThreadPoolBuilder::new().use_current_thread();
+        // Where a number is given, what runs beside those has this thread alone.
+        let built = if count.is_some() { whole.num_threads(1) } else { whole }.build_global();
+        // An error without a source says that there is such a pool already, which will do.
+        if let Some(cause) = built.err().as_ref().and_then(Error::source) {
+            return Err(refused(&cause));
         }
         let pool = |count: u32| ThreadPoolBuilder::new().num_threads(count as usize).build();
-        let failed = |cause| Failure::new(Exit::Failed, format_args!("cannot start the threads: {cause}"));
-        Ok(Self(count.map(pool).transpose().map_err(failed)?))
+        Ok(Self(count.map(pool).transpose().map_err(|cause| refused(&cause))?))
     }
 
     /// Runs something on them.
@@ -28,6 +33,12 @@ impl Threads {
             None => work(),
         }
     }
+}
+
+/// The system does not give a thread.
+pub fn refused(cause: &dyn Display) -> Failure {
+    Failure::new(Exit::Limit, format_args!("cannot start the threads: {cause}"))
+        .with_hint("ask for fewer with --threads, or raise the limit on processes or addresses (ulimit -u, ulimit -v)")
 }
 
 #[cfg(test)]

@@ -167,9 +167,11 @@ impl Ready {
         if differs || has_shutter(&settings) || has_shutter(&self.settings) {
             return false;
         }
-        each!(&mut self.inner, p => p.turn_to(scene, &prepared, camera, simulated));
-        (self.settings, self.effects) = (settings, effects);
-        true
+        let is_turned = each!(&mut self.inner, p => p.turn_to(scene, &prepared, camera, simulated));
+        if is_turned {
+            (self.settings, self.effects) = (settings, effects);
+        }
+        is_turned
     }
 
     /// Renders the picture on the current thread pool.

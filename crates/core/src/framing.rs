@@ -5,16 +5,16 @@
 //! needles and sheets are as well known as balls. Millions of vertices are looked at once, and every view after that costs as much as a
 //! few thousand points.
 
-use std::collections::HashMap;
+mod outline;
 
 use glam::DVec3;
-use raywright_bvh::{Aabb, Shape as _};
+use raywright_bvh::Aabb;
 
 use crate::generate::all;
 use crate::lookup::Lookup;
 use crate::scene::{Camera, MeshData, Pinhole, Pose, Projection, Scene, Shape};
-use crate::shape::any_shape;
 use crate::studio::towards;
+use outline::{FINE, Outlines, outermost};
 
 /// Share of the picture's tighter side that a framed silhouette fills.
 pub const FILL: f64 = 0.78;
@@ -73,16 +73,6 @@ struct FacingAreas {
     outward: f64,
 }
 
-/// Directions along an edge of the cube of directions: of a mesh or scene, and of a mesh that is shown often.
-const FINE: usize = 64;
-const COARSE: usize = 12;
-
-/// Uses of a mesh up to which each is looked at finely.
-const OFTEN: usize = 4;
-
-/// Points of all objects together; of further objects the corners of a box stand for them.
-const POINTS: usize = 1 << 22;
-
 /// Triangles that are asked which way they face, about.
 const FACES: usize = 1 << 18;
 
@@ -90,38 +80,10 @@ impl Silhouette {
     /// Looks at everything of a scene that has an end.
     pub fn of(scene: &Scene) -> Self {
         let lookup = Lookup::new(scene);
-        let mut uses: HashMap<&str, usize> = HashMap::new();
-        let mut triangles = 0;
-        for shown in all(scene) {
-            let Shape::Mesh(name) = &shown.object.shape else { continue };
-            *uses.entry(name).or_default() += 1;
-            triangles += lookup.mesh_data(name).map_or(0, |data| data.indices.len());
-        }
-        let mut hulls: HashMap<&str, Vec<DVec3>> = HashMap::new();
-        let mut points = Vec::new();
-        for shown in all(scene) {
-            let own: &[DVec3] = match &shown.object.shape {
-                Shape::Mesh(name) => {
-                    let Some(data) = lookup.mesh_data(name) else { continue };
-                    let edge = if uses.get(name.as_str()).is_some_and(|&uses| uses > OFTEN) { COARSE } else { FINE };
-                    hulls.entry(name).or_insert_with(|| outermost(&corners(data), edge))
-                }
-                shape => &around(shape),
-            };
-            let boxed;
-            let own = if points.len() + own.len() <= POINTS {
-                own
-            } else {
-                boxed = Aabb::from_points(own.iter().copied()).corners();
-                &boxed
-            };
-            let maps = shown.ends().unwrap_or([shown.map(); 2]);
-            for map in &maps[..1 + usize::from(maps[0] != maps[1])] {
-                points.extend(own.iter().map(|&point| map.transform_point3(point)).filter(|point| point.is_finite()));
-            }
-        }
-        let points = outermost(&points, FINE);
-        let faces = FacingAreas::of(scene, &lookup, Aabb::from_points(points.iter().copied()).centre(), triangles / FACES + 1);
+        let outlines = Outlines::of(scene, &lookup);
+        let points = outermost(|visit| outlines.visit(scene, visit), FINE);
+        let middle = Aabb::from_points(points.iter().copied()).centre();
+        let faces = FacingAreas::of(scene, &lookup, middle, outlines.triangles / FACES + 1);
         Self { points, faces }
     }
 
@@ -243,62 +205,6 @@ impl FacingAreas {
 
 fn position(data: &MeshData, index: u32) -> DVec3 {
     DVec3::from(data.positions[index as usize].map(f64::from))
-}
-
-/// The positions that triangles of a mesh use, each once.
-fn corners(data: &MeshData) -> Vec<DVec3> {
-    let mut used = vec![false; data.positions.len()];
-    data.indices.iter().flatten().for_each(|&i| used[i as usize] = true);
-    used.iter().enumerate().filter(|(_, used)| **used).map(|(i, _)| position(data, i as u32)).filter(|p| p.is_finite()).collect()
-}
-
-/// Points around a shape: on a ball, and of other shapes the corners of the box around it.
-fn around(shape: &Shape) -> Vec<DVec3> {
-    if let Shape::Sphere { centre, radius } = shape {
-        let directions = (0..6 * COARSE * COARSE).map(|cell| {
-            let (face, row, column) = (cell / (COARSE * COARSE), cell / COARSE % COARSE, cell % COARSE);
-            let at = |i: usize| 2.0 * (i as f64 + 0.5) / COARSE as f64 - 1.0;
-            let mut direction = DVec3::ZERO;
-            direction[face % 3] = if face < 3 { 1.0 } else { -1.0 };
-            direction[(face + 1) % 3] = at(row);
-            direction[(face + 2) % 3] = at(column);
-            direction.normalize()
-        });
-        return directions.map(|direction| DVec3::from(*centre) + direction * *radius).collect();
-    }
-    let bounds = any_shape::<f64>(shape, DVec3::ZERO).and_then(|shape| shape.bounds()).filter(|bounds| !bounds.is_empty());
-    bounds.filter(|bounds| bounds.padded().is_some()).map_or(Vec::new(), |bounds| bounds.corners().to_vec())
-}
-
-/// For each cell of a cube of directions about the middle of some points, the one that lies farthest, in a space where the box around them
-/// is a cube; of equals the first.
-fn outermost(points: &[DVec3], edge: usize) -> Vec<DVec3> {
-    if points.len() <= 6 * edge * edge {
-        return points.to_vec();
-    }
-    let bounds = Aabb::from_points(points.iter().copied());
-    let (centre, half) = (bounds.centre(), bounds.extent() * 0.5);
-    let scale = DVec3::from_array([half.x, half.y, half.z].map(|half| if half > 0.0 { 1.0 / half } else { 0.0 }));
-    let mut farthest: Vec<Option<(f64, DVec3)>> = vec![None; 6 * edge * edge];
-    for &point in points {
-        let way = (point - centre) * scale;
-        let distance = way.length_squared();
-        let axis =
-            if way.x.abs() >= way.y.abs() && way.x.abs() >= way.z.abs() { 0 } else { 1 + usize::from(way.z.abs() > way.y.abs()) };
-        let most = way[axis];
-        if most == 0.0 {
-            continue;
-        }
-        let place = |x: f64| ((0.5 * (x / most.abs() + 1.0) * edge as f64) as usize).min(edge - 1);
-        let face = axis + 3 * usize::from(most < 0.0);
-        let cell = &mut farthest[(face * edge + place(way[(axis + 1) % 3])) * edge + place(way[(axis + 2) % 3])];
-        if cell.is_none_or(|(other, _)| distance > other) {
-            *cell = Some((distance, point));
-        }
-    }
-    let outermost: Vec<DVec3> = farthest.into_iter().flatten().map(|(_, point)| point).collect();
-    // All of them at one place.
-    if outermost.is_empty() { vec![centre] } else { outermost }
 }
 
 #[cfg(test)]

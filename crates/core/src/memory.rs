@@ -1,5 +1,8 @@
 //! What memory a picture takes, part by part.
 
+use raywright_bvh::allocate_fallibly;
+pub use raywright_bvh::{Refusal, limit_heap, on_heap_refusal};
+
 /// Bytes, by what takes them.
 ///
 /// Not counted are expressions (a compiled one has about half a KiB, a text in the scene each), the tiles being worked on, one a
@@ -23,7 +26,7 @@ pub struct Memory {
 /// that there is no room for them, and would end the program.
 pub fn is_available(bytes: u64) -> bool {
     let mut room = Vec::<u8>::new();
-    let given = usize::try_from(bytes).is_ok_and(|bytes| room.try_reserve_exact(bytes).is_ok());
+    let given = usize::try_from(bytes).is_ok_and(|bytes| allocate_fallibly(|| room.try_reserve_exact(bytes).is_ok()));
     // Without this a compiler may leave out memory that nobody uses, and say that it was there.
     core::hint::black_box(&room);
     given

@@ -292,7 +292,8 @@ pub struct MachineArgs {
 #[command(next_help_heading = "Long renders")]
 pub struct FilmArgs {
     /// Render as many samples as there is time for, counted from the program's start, such as 10s or 5min: at least one
-    /// pass over the picture, at most --spp [default: no limit; with it, up to 65536 samples]
+    /// pass over the picture, unless a second or more are over before it can begin (exit code 5), at most --spp [default:
+    /// no limit; with it, up to 65536 samples]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = values::duration)]
     pub budget: Option<Duration>,
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::args::CheckArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
-use crate::progress::Progress;
+use crate::notes::Notes;
 use crate::scene_input;
 
 /// Version of the layout of [`Checked`].
@@ -40,10 +40,7 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut first = None;
     for name in &args.scenes {
         let limits = Limits::default();
-        let loaded = scene_input::input(name, &limits)
-            .map_err(Failure::from)
-            .and_then(|input| scene_input::load(&input, &args.changes, limits, &Progress::hidden()))
-            .and_then(right);
+        let loaded = scene_input::read(name, &args.changes, limits, &mut Notes::new(Verbosity::Quiet)).and_then(right);
         let (checked, failure) = judged(name.to_string_lossy().into_owned(), loaded, args.deny_warnings);
         if !args.json {
             tell(&checked, failure.as_ref().filter(|_| args.scenes.len() > 1), verbosity)?;

@@ -23,7 +23,7 @@ use crate::{interrupt, plan, scene_input};
 /// Prints the report as a table or as JSON.
 pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut notes = Notes::new(verbosity);
-    let mut loaded = scene_input::read(&args.scene, &args.changes, &mut notes)?;
+    let mut loaded = scene_input::read(&args.scene, &args.changes, Limits::default(), &mut notes)?;
     scene_input::note_completed(&loaded, &mut notes);
     notes.finish();
     let mut settings = Settings::of(&loaded.scene);

@@ -16,10 +16,19 @@ mod render;
 use crate::args::Command;
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
+use crate::threads::Threads;
 
 /// Runs one command; none: the default preset is rendered.
 pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure> {
-    match command.unwrap_or_else(|| Command::Render(Box::default())) {
+    let command = command.unwrap_or_else(|| Command::Render(Box::default()));
+    // Of those that are not told how many threads there are. A pool that starts by itself panics where it can't.
+    if matches!(
+        command,
+        Command::Merge(_) | Command::Explain(_) | Command::Compare(_) | Command::Info(_) | Command::Check(_) | Command::Bench(_)
+    ) {
+        Threads::new(None)?;
+    }
+    match command {
         Command::Render(mut args) => {
             args.report.verbosity = verbosity;
             render::run(&args)

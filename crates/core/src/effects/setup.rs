@@ -57,7 +57,7 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
 /// The integrator that runs.
 pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
-        Integrator::Auto => called_for(&SceneFacts::gather(scene, None)),
+        Integrator::Auto => called_for(&SceneFacts::gather(scene, settings.camera.as_ref())),
         asked => asked,
     }
 }

@@ -57,8 +57,8 @@ impl Film {
         }
         if !self.plan.continues(&earlier.plan) {
             let (has, asked) = (earlier.plan.samples(), self.plan.samples());
-            let least = (asked.max(has)..=u32::MAX).find(|&n| self.plan.with_samples(n).continues(&earlier.plan));
-            return Err(PartError::Samples { has, asked, least: least.unwrap_or(has) });
+            let least = self.plan.least_continuing(&earlier.plan).unwrap_or(has);
+            return Err(PartError::Samples { has, asked, least });
         }
         let Film { planes, spread, centre, drawn, goals, is_replayed, counters, .. } = earlier;
         self.planes.iter_mut().zip(planes).for_each(|(mine, its)| *mine = its);

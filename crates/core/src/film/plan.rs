@@ -195,6 +195,22 @@ impl Plan {
         fewer.replicates <= self.replicates && (0..fewer.replicates).all(|r| fewer.samples_of(r) <= self.samples_of(r))
     }
 
+    /// The fewest samples, of at least its own, with which this plan continues another one of the same division; none where no number does.
+    pub fn least_continuing(&self, fewer: &Self) -> Option<u32> {
+        // The last replicate has the fewest samples, and must have as many here.
+        let least = u64::from(fewer.samples / fewer.replicates);
+        let mut samples = self.samples.max(fewer.samples);
+        loop {
+            let plan = self.with_samples(samples);
+            if plan.continues(fewer) {
+                return Some(samples);
+            }
+            // Replicates do not become fewer: with less than that there are too few samples for each of them.
+            let next = (u64::from(plan.replicates) * least).max(u64::from(samples) + 1);
+            samples = u32::try_from(next).ok()?;
+        }
+    }
+
     /// The pass, counted from zero, that comes next for a tile which has so many of `all` samples of a replicate, and which samples
     /// it takes; none where all are there.
     pub fn pass(&self, all: u32, drawn: u32) -> Option<(u32, Range<u32>)> {

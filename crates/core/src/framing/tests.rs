@@ -180,3 +180,25 @@ fn degenerate_scenes_have_a_view() {
         }
     }
 }
+
+/// Protects: points that are gone through and not kept are the ones that keeping all of them would find: of a few objects all, of many the
+/// outermost, those of further objects by their boxes, moving ones at both ends, to the bit.
+#[test]
+fn outlines_are_found_without_keeping_points() {
+    let ball = |x: f64, radius: f64| json!({ "shape": { "sphere": { "centre": [x, 0.1 * x, 3], "radius": radius } } });
+    let moving =
+        json!({ "shape": { "box": { "min": [0, 0, 0], "max": [1, 2, 3] } }, "transform_end": [{ "translate": [0, 9, 0] }] });
+    for count in [1, 5, 100, 6000] {
+        let balls = (0..count).map(|i| ball(0.7 * f64::from(i), 0.3 + f64::from(i % 7)));
+        let scene = scene(balls.chain([moving.clone()]).collect(), json!([]));
+        let lookup = Lookup::new(&scene);
+        let outlines = Outlines::of(&scene, &lookup);
+        let mut kept = Vec::new();
+        outlines.visit(&scene, &mut |point| kept.push(point));
+        assert_eq!(kept.len(), if count == 6000 { 864 * 4854 + 8 * (6000 - 4854) + 16 } else { 864 * count as usize + 16 });
+        let bounds = Aabb::from_points(kept.iter().copied());
+        let found = Silhouette::of(&scene).points;
+        assert!(found.len() <= 6 * FINE * FINE && found.iter().all(|point| kept.contains(point)));
+        assert_eq!(Aabb::from_points(found), bounds);
+    }
+}

@@ -73,8 +73,9 @@ pub(crate) fn prepare<R: Real>(
             SkyKind::Expression(Programs::of(&compile(text, names, Scope::Sky).map_err(failed)?))
         }
         Some(SkyData::Expression(ColourInput::Constant(c))) => SkyKind::Constant(v(*c)),
-        // Validation has said that a sky has no surface for these.
-        Some(SkyData::Expression(ColourInput::Texture(_) | ColourInput::Checker(_))) => SkyKind::None,
+        Some(SkyData::Expression(ColourInput::Texture(_) | ColourInput::Checker(_))) => {
+            return Err(PrepareError::NoSurface { path: "sky.expression".to_owned() });
+        }
         // Its lights stand about a camera: preparation puts them in its place.
         Some(SkyData::Studio(_)) => SkyKind::None,
         Some(SkyData::Map(map)) => {

@@ -38,6 +38,12 @@ pub enum PrepareError {
         /// The name.
         name: String,
     },
+    /// What varies over a surface where there is none; validation reports it with its place.
+    #[error("{path}: a sky has no surface for a texture or checkerboard to lie on")]
+    NoSurface {
+        /// Where it stands.
+        path: String,
+    },
     /// An expression of the hit that does not compile.
     #[error("{path}: {source}")]
     Expression {

@@ -18,7 +18,7 @@ mod tangents;
 use raywright_bvh::{Occlusion, Real, Vector};
 
 use crate::camera::Camera;
-use crate::effects::{Effect, EffectSet};
+use crate::effects::{Effect, EffectSet, chosen};
 use crate::framing::{FIELD_OF_VIEW, Silhouette};
 use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, Strategy, prepare_sky};
 use crate::lookup::Lookup;
@@ -67,7 +67,7 @@ impl<R: Real> Prepared<R> {
         let shown = geometry::materials(scene, &lookup)?;
         let mut used = vec![false; scene.materials.len()];
         shown.iter().for_each(|&material| used[material as usize] = true);
-        let paths = settings.integrator == Integrator::Path;
+        let paths = chosen(scene, settings) == Integrator::Path;
         let compensates = settings.microfacets == Microfacets::Compensated;
         let (without, fresnel) = (settings.without, settings.fresnel);
         let mut context = material::Context { layers: Vec::new(), paths, without, fresnel, compensates };
@@ -173,15 +173,18 @@ impl<R: Real> Prepared<R> {
     }
 
     /// Takes another camera that calls for the same effects, as if the scene had been prepared for it: what goes with the camera is made
-    /// anew, and nothing else. A camera whose shutter is open for a time is none of these.
-    pub(crate) fn turn_to(&mut self, scene: &Scene, settings: &Settings, view: &scene::Camera, simulated: EffectSet) {
+    /// anew, and nothing else. A camera whose shutter is open for a time is none of these. False, and nothing changed, where the lights that
+    /// go with the camera can't be made.
+    #[must_use]
+    pub(crate) fn turn_to(&mut self, scene: &Scene, settings: &Settings, view: &scene::Camera, simulated: EffectSet) -> bool {
         let view = simulated_camera(view.clone(), simulated);
+        let studio = studio_of(scene);
+        let lit_by = studio.map(|studio| crate::studio::lights(&studio, &view));
+        let sky = lit_by.map(|lit_by| prepare_sky::<R>(Some(&lit_by), &Lookup::new(scene), &names(scene))).transpose();
+        let Ok(sky) = sky else { return false };
         self.camera = Camera::towards(&view, settings.size, &self.geometry.bounded_part());
         self.cone = self.cone.is_some().then(|| self.camera.cone());
-        let Some(studio) = studio_of(scene) else { return };
-        let lit_by = crate::studio::lights(&studio, &view);
-        // A gradient with suns refers to nothing.
-        let Ok(sky) = prepare_sky::<R>(Some(&lit_by), &Lookup::new(scene), &names(scene)) else { return };
+        let (Some(studio), Some(sky)) = (studio, sky) else { return true };
         self.irradiance = self.irradiance.is_some().then(|| Irradiance::new(&sky));
         self.lights.sky = sky;
         if self.lights.sky_sampler().is_some() {
@@ -192,6 +195,7 @@ impl<R: Real> Prepared<R> {
             self.lights.prepare_choice();
         }
         self.furnish(&studio, &view, settings, simulated);
+        true
     }
 }
 

@@ -44,3 +44,33 @@ fn prepared_is_flat() {
     assert_eq!((Arc::strong_count(mesh), Arc::strong_count(image)), (2, 2));
     assert!(prepared.objects.iter().all(|object| object.mesh.is_some_and(|shown| shown.mesh == 0)));
 }
+
+/// Protects: settings that leave the integrator to the scene prepare the one that it calls for, whoever prepares it.
+#[test]
+fn an_integrator_that_is_not_named_is_chosen() {
+    let scene: Scene = serde_json::from_value(json!({
+        "format": 1,
+        "sky": { "constant": 1 },
+        "materials": [{ "name": "m", "model": { "physical": { "clearcoat": {} } } }],
+        "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "m" }],
+    }))
+    .unwrap_or_else(|e| panic!("{e}"));
+    let samples_lights = |integrator| {
+        let settings = Settings { integrator, ..Settings::of(&scene) };
+        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        prepared.lights.sky_sampler().is_some()
+    };
+    assert_eq!([Integrator::Auto, Integrator::Path, Integrator::Whitted].map(samples_lights), [true, true, false]);
+}
+
+/// Protects: a sky that can't be shown is refused by preparation too, and is not black in silence.
+#[test]
+fn a_sky_without_a_surface_is_refused() {
+    let checker = json!({ "checker": { "even": 0, "odd": 1, "size": 1 } });
+    for input in [checker, json!({ "texture": { "name": "soft" } })] {
+        let sky = serde_json::from_value(json!({ "expression": input })).unwrap_or_else(|e| panic!("{e}"));
+        let scene = Scene { sky: Some(sky), ..textured() };
+        let refused = Prepared::<f32>::new(&scene, &Settings::of(&scene), EffectSet::ALL, &()).err();
+        assert_eq!(refused, Some(PrepareError::NoSurface { path: "sky.expression".to_owned() }));
+    }
+}

@@ -1,6 +1,6 @@
 //! The node hierarchy: which nodes a scene shows, and where each of them is in the world, at rest or at a time.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -25,14 +25,14 @@ pub(super) struct Placed {
 #[derive(Debug)]
 pub(super) struct Places {
     /// The nodes of the scene that is shown, parents before children, each in the file's order. A node of several parents is
-    /// there under each.
+    /// there under each that puts it elsewhere.
     pub shown: Vec<Placed>,
     /// From each node's own space to the world, where it is first met; none for nodes that nothing leads to.
     pub worlds: Vec<Option<DAffine3>>,
 }
 
 /// How often nodes may be shown again under further parents: what a file of a few lines could otherwise ask for has no end.
-const MOST_REPEATED: usize = 1 << 20;
+const MOST_REPEATED: u64 = 1 << 20;
 
 /// All nodes of a scene, with what animations say of them.
 ///
@@ -46,7 +46,9 @@ pub(super) fn places(
     warnings: &mut Warnings,
 ) -> Outcome<Places> {
     let roots = roots(document, scene, warnings)?;
-    let mut walk = Walk { document, moved, worlds: vec![None; document.nodes.len()], open: vec![false; document.nodes.len()] };
+    let (worlds, open) = (vec![None; document.nodes.len()], vec![false; document.nodes.len()]);
+    let shared = shared(document, &roots).into_iter().map(|is_shared| is_shared.then_some(0)).collect();
+    let mut walk = Walk { document, moved, worlds, open, shared, met: HashSet::new() };
     let shown = walk.down(roots, warnings)?;
     let joints = || document.skins.iter().flat_map(|skin| &skin.joints);
     if joints().any(|&joint| walk.worlds.get(joint as usize) == Some(&None)) {
@@ -64,27 +66,32 @@ struct Walk<'a> {
     worlds: Vec<Option<DAffine3>>,
     /// Whether a node is on the way to the one at hand.
     open: Vec<bool>,
+    /// Of nodes that are listed more than once, how many visits they and what is below them take.
+    shared: Vec<Option<u64>>,
+    /// Where those were met, and whether they are seen there: at the same place there is nothing new to show.
+    met: HashSet<(usize, [u64; 12], bool)>,
 }
 
 /// What is to be done next.
 enum Turn {
     /// To come to a node from what its parent makes of space, and from whether that is seen.
     Enter(usize, DAffine3, bool),
-    /// To leave a node after its children.
-    Leave(usize),
+    /// To leave a node after its children, with the visits before it.
+    Leave(usize, u64),
 }
 
 impl Walk<'_> {
     fn down(&mut self, roots: Vec<usize>, warnings: &mut Warnings) -> Outcome<Vec<Placed>> {
         let nodes = &self.document.nodes;
-        let (mut out, mut repeated) = (Vec::new(), 0);
+        let (mut out, mut repeated, mut visits) = (Vec::new(), 0_u64, 0_u64);
         // Last in, first out: pushed backwards, nodes come out in the file's order.
         let mut waiting: Vec<Turn> = roots.into_iter().rev().map(|root| Turn::Enter(root, DAffine3::IDENTITY, true)).collect();
         while let Some(turn) = waiting.pop() {
             let (index, parent, seen) = match turn {
                 Turn::Enter(index, parent, seen) => (index, parent, seen),
-                Turn::Leave(index) => {
+                Turn::Leave(index, before) => {
                     self.open[index] = false;
+                    self.shared[index] = self.shared[index].map(|_| visits - before);
                     continue;
                 }
             };
@@ -97,22 +104,45 @@ impl Walk<'_> {
             if !world.is_finite() {
                 return Err(place(Fault::input("its transform is not finite")));
             }
-            if self.worlds[index].is_none() {
-                self.worlds[index] = Some(world);
-            } else {
+            let visible = seen && node.extensions.visibility.visible;
+            let key = (index, world.to_cols_array().map(f64::to_bits), visible);
+            let again = self.shared[index].filter(|_| !self.met.insert(key));
+            if again.is_some() {
+                warnings.add(format!("nodes[{index}]: is listed again where it is shown already; it is shown once"));
+            } else if self.worlds[index].is_some() {
                 warnings.add(format!("nodes[{index}]: has more than one parent and is shown under each"));
-                repeated += 1;
             }
+            // What is left out counts as what is shown: doubled again and again it is a mistake, whatever it would show.
+            let new = again.unwrap_or(1);
+            repeated = repeated.saturating_add(if self.worlds[index].is_some() { new } else { 0 });
             if repeated > MOST_REPEATED {
                 return Err(place(Fault::limit("has several parents, and nodes would be shown over and over again")));
             }
-            let visible = seen && node.extensions.visibility.visible;
+            if again.is_some() {
+                visits += new;
+                self.open[index] = false;
+                continue;
+            }
+            self.worlds[index].get_or_insert(world);
             out.push(Placed { node: index, world, visible });
-            waiting.push(Turn::Leave(index));
+            waiting.push(Turn::Leave(index, visits));
+            visits += 1;
             waiting.extend(node.children.iter().rev().map(|&child| Turn::Enter(child as usize, world, visible)));
         }
         Ok(out)
     }
+}
+
+/// Which nodes are listed more than once, as roots or as children.
+fn shared(document: &Document, roots: &[usize]) -> Vec<bool> {
+    let (mut listed, mut shared) = (vec![false; document.nodes.len()], vec![false; document.nodes.len()]);
+    let children = document.nodes.iter().flat_map(|node| &node.children).map(|&child| child as usize);
+    for index in roots.iter().copied().chain(children) {
+        if let (Some(listed), Some(shared)) = (listed.get_mut(index), shared.get_mut(index)) {
+            *shared |= core::mem::replace(listed, true);
+        }
+    }
+    shared
 }
 
 /// The nodes that are nobody's child.

@@ -1,6 +1,8 @@
 //! What the nodes of a glTF file show: an object for each primitive of a mesh, at the node's place or at each of those that
 //! EXT_mesh_gpu_instancing gives it.
 
+use std::collections::HashSet;
+
 use glam::{DAffine3, DQuat, DVec3};
 use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
 
@@ -55,6 +57,24 @@ impl<'a> Import<'a> {
         Ok(Instances { count, translation, rotation, scale })
     }
 
+    /// The places of instances in the world, each once: in the same place there is nothing new to show.
+    fn distinct(&mut self, places: &Instances<'_>, world: &DAffine3, node: usize) -> Outcome<Vec<DAffine3>> {
+        self.budget.memory(places.count, 3 * size_of::<DAffine3>())?;
+        let mut met = HashSet::with_capacity(places.count);
+        let mut distinct = Vec::with_capacity(places.count);
+        for place in (0..places.count).map(|index| *world * places.at(index)) {
+            if met.insert(place.to_cols_array().map(f64::to_bits)) {
+                distinct.push(place);
+            }
+        }
+        if distinct.len() < places.count {
+            let again = places.count - distinct.len();
+            self.warnings
+                .add(format!("EXT_mesh_gpu_instancing: {again} of the instances lie where others lie; each is shown once"));
+        }
+        Ok(distinct)
+    }
+
     /// Adds an object for each primitive of a node's mesh, at each place where the node shows it.
     pub(super) fn mesh_of_node(&mut self, index: usize, node: &Node, placed: &Placed) -> Outcome<()> {
         let pose = self.pose(placed, node)?;
@@ -67,6 +87,7 @@ impl<'a> Import<'a> {
         let list = &self.document.meshes;
         let shape = list.get(index).ok_or_else(|| absent("meshes", index, list.len()))?;
         let key = pose.key();
+        let places = places.map(|places| self.distinct(&places, &world, placed.node)).transpose()?;
         for (i, primitive) in shape.primitives.iter().enumerate() {
             let place = |fault: Fault| fault.at(format_args!("meshes[{index}].primitives[{i}]"));
             let material = self.material(self.look(primitive)).map_err(place)?;
@@ -95,11 +116,8 @@ impl<'a> Import<'a> {
             match &places {
                 None => self.object(name, &used, &material, &world)?,
                 Some(places) => {
-                    for place in 0..places.count {
-                        let world = world * places.at(place);
-                        if self.within_measure(&world, || format!("nodes[{}], instance {place}", placed.node)) {
-                            self.object(name, &used, &material, &world)?;
-                        }
+                    for place in places {
+                        self.object(name, &used, &material, place)?;
                     }
                 }
             }

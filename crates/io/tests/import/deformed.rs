@@ -278,6 +278,41 @@ fn nodes_of_several_parents() {
     }
 }
 
+/// Protects: what is listed 100,000 times, as a root, as a child or as an instance, is shown once in each place, with what is below it and a
+/// warning; listed where it stands elsewhere it is shown there too, and a camera or lamp counts once.
+#[test]
+fn what_is_listed_again_and_again_is_shown_once() {
+    const MANY: usize = 100_000;
+    let as_roots = Made::new().with(|d| d["scenes"][0]["nodes"] = vec![0; MANY].into());
+    let as_children = Made::new().with(|d| d["nodes"][0]["children"] = vec![1; MANY].into());
+    let below = Made::new().with(|d| {
+        d["nodes"][2] = json!({ "children": vec![1; MANY], "translation": [7, 0, 0] });
+        d["scenes"][0]["nodes"] = json!([0, 2, 0]);
+    });
+    for (made, places) in
+        [(as_roots, &[DVec3::Z * 5.0][..]), (as_children, &[DVec3::Z * 5.0]), (below, &[DVec3::Z * 5.0, DVec3::X * 7.0])]
+    {
+        let loaded = shown(&made, None);
+        assert_eq!(loaded.scene.objects.iter().map(|object| transform(object).1).collect::<Vec<_>>(), places);
+        assert!(loaded.warnings.iter().any(|w| w.message.contains("is listed again where it is shown already")));
+    }
+    let mut made = Made::new();
+    let list = made.accessor("VEC3", &[[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0]].concat().repeat(MANY / 2));
+    let made = made.with(|d| {
+        d["nodes"][1]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": list } } });
+    });
+    let loaded = shown(&made, None);
+    assert_eq!(loaded.scene.objects.len(), 2);
+    let left_out = format!("{} of the instances lie where others lie", MANY - 2);
+    assert!(loaded.warnings.iter().any(|w| w.message.contains(&left_out)), "{:?}", loaded.warnings);
+    let lit = Made::new().with(|d| {
+        d["extensions"]["KHR_lights_punctual"] = json!({ "lights": [{ "type": "point" }] });
+        d["nodes"][1]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+        d["nodes"][0]["children"] = json!([1, 1, 1]);
+    });
+    assert_eq!(shown(&lit, None).scene.lights.len(), 1);
+}
+
 /// Protects: real rigs stand and walk where another program's skinning (in double precision, by matrices) has them: the least and
 /// the greatest corner, to a millionth of their size.
 #[test]

@@ -38,14 +38,15 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
         outputs.add(path, "--reference")?;
     }
     let mut notes = Notes::new(verbosity);
-    let mut loaded = scene_input::read(&name, &args.changes, &mut notes)?;
+    let limits = Limits { memory_bytes: args.max_memory.unwrap_or(Limits::default().memory_bytes), ..Limits::default() };
+    let threads = Threads::new(args.threads)?;
+    let mut loaded = threads.run(|| scene_input::read(&name, &args.changes, limits, &mut notes))?;
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::note_completed(&loaded, &mut notes);
     notes.finish();
     let mut settings = Settings::of(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
     plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;
-    let limits = Limits { memory_bytes: args.max_memory.unwrap_or(Limits::default().memory_bytes), ..Limits::default() };
     settings.max_memory = Some(limits.memory_bytes);
     let kept = args.reference.as_deref().map(|path| reference::read(path, &limits)).transpose()?.flatten();
     let identity = origin::identity(&loaded, &args.changes, &args.choices);
@@ -53,7 +54,6 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let effort = Effort { budget: args.budget, size: args.size, rounds: args.rounds };
     let watch = Watch::until(interrupt::flag()?);
     let mut steps = Steps::start(verbosity);
-    let threads = Threads::new(args.threads)?;
     let measured = threads.run(|| measure(&loaded.scene, &settings, &effort, start, &watch, &mut steps));
     let (report, kept) = measured.map_err(|error| match (error, &args.reference) {
         (MeasureError::Reference(error), Some(path)) => reference::foreign(path, &error),

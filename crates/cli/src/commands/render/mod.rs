@@ -5,7 +5,7 @@ mod series;
 pub mod tell;
 pub mod write;
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io::{self, IsTerminal};
 use std::path::Path;
 
@@ -19,6 +19,7 @@ use raywright_io::output::{Format, Metadata, pixel_hash, write_atomically};
 use raywright_io::{Error, Limits, Loaded};
 
 use crate::args::RenderArgs;
+use crate::beginning::Beginning;
 use crate::clock::{Clock, Seconds, spoken};
 use crate::commands::denoise;
 use crate::console;
@@ -67,7 +68,9 @@ fn single(args: &RenderArgs, notes: &mut Notes) -> Result<Done, Failure> {
     film::check(&args.film, args.light.max_error, &targets, &mut outputs)?;
     let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
 
-    let input = scene_input::input(&name_of(args.scenes.first())?, &limits(args))?;
+    let name = name_of(args.scenes.first())?;
+    let beginning = begin(&name, args, Some(&clock))?;
+    let input = scene_input::input(&name, &limits(args))?;
     let (style, verbosity) = (args.report.progress, args.report.verbosity);
     let loading = Progress::start("loading", style, verbosity);
     let mut loaded = threads.run(|| scene_input::load(&input, &args.changes, limits(args), &loading))?;
@@ -86,13 +89,14 @@ fn single(args: &RenderArgs, notes: &mut Notes) -> Result<Done, Failure> {
     refuse_to_denoise(args, &plan.settings, &ready, notes)?;
 
     let mut session = start(args, &loaded, &ready, &plan)?;
+    drop(beginning);
     let progress = Progress::start("rendering", style, verbosity);
     let done = threads.run(|| session.render(&ready, &progress, &args.report, (&clock, stop)));
     progress.finish();
     done?;
     session.note_slow(&clock, notes);
     let rendered = threads.run(|| denoise::rendered(session.film(), &args.report, stop));
-    let noisy = session.film().uncertainty();
+    let noisy = threads.run(|| session.film().uncertainty());
     let render = clock.lap();
     let (is_free, metadata) = (|path: &Path| outputs.leave_free(path, &loaded.inputs), metadata(args, &session));
     if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
@@ -243,6 +247,14 @@ fn check_stats_target(args: &RenderArgs, outputs: &mut Outputs) -> Result<(), Fa
         return Err(error.with_hint(format!("--stats {}", path.with_extension("json").display())).into());
     }
     outputs.add(path, "--stats")
+}
+
+/// The beginning of a render: until there is something to keep. A series has no budget, and a scene of several that takes too much does not
+/// keep the others away.
+fn begin(name: &OsStr, args: &RenderArgs, clock: Option<&Clock>) -> Result<Beginning, Failure> {
+    let time = clock.and_then(|clock| Some((clock.began(), args.film.budget?)));
+    let memory = if args.scenes.len() > 1 { u64::MAX } else { limits(args).memory_bytes };
+    Beginning::of(name, memory, time)
 }
 
 fn limits(args: &RenderArgs) -> Limits {

@@ -4,6 +4,13 @@ use super::*;
 use crate::scene::{Pattern, Scene};
 use crate::settings::Sampling;
 
+impl Plan {
+    /// The same with so many replicates asked for.
+    fn with_division(self, asked: Option<u32>) -> Self {
+        Self { asked, ..self }
+    }
+}
+
 fn plan(sampling: Sampling) -> Plan {
     Plan::new(&Settings { sampling, ..Settings::of(&Scene::default()) }, true)
 }
@@ -67,4 +74,21 @@ fn passes_take_all_samples_in_order() {
     assert_eq!(passes(&plan(Sampling::Pattern(Pattern::Corners))), [4]);
     // From in between, to where the others end.
     assert_eq!(plan(Sampling::General(400)).pass(100, 70), Some((4, 70..100)));
+}
+
+/// Protects: the fewest samples that go on with a film are those that a search one by one finds, for any division, and are found where the
+/// films have more samples than a search could go through.
+#[test]
+fn the_fewest_samples_that_go_on() {
+    for asked in [None, Some(1), Some(2), Some(3), Some(5), Some(16)] {
+        let of = |n| plan(Sampling::General(1)).with_division(asked).with_samples(n);
+        for (fewer, more) in (1..90).flat_map(|fewer| (1..90).map(move |more| (fewer, more))) {
+            let found = (fewer.max(more)..).find(|&n| of(n).continues(&of(fewer)));
+            assert_eq!(of(more).least_continuing(&of(fewer)), found, "{asked:?}, {fewer}, {more}");
+        }
+    }
+    let of = |n, replicates| Plan { samples: n, replicates, asked: Some(replicates), ..plan(Sampling::General(1)) };
+    // Its replicates hold 60,000 samples each.
+    assert_eq!(of(70_000, 60_000).least_continuing(&of(60_000, 1)), Some(3_600_000_000));
+    assert_eq!(of(80_000, 80_000).least_continuing(&of(60_000, 1)), None);
 }

@@ -4,6 +4,7 @@
 //! [`sample_area`]: raywright_bvh::shapes::SampleArea::sample_area
 
 use glam::DVec3;
+use raywright_bvh::allocate_fallibly;
 
 use crate::light::cdf::{pick, push_shares, share};
 
@@ -30,7 +31,7 @@ impl CellTable {
     pub fn reserve(&mut self, triangles: u64, across: u64) {
         let sums = usize::try_from(triangles.saturating_mul(across * (across + 1))).unwrap_or(usize::MAX);
         // Where there is no room for all of them there is none for their triangles either, which say so.
-        let _ = self.sums.try_reserve_exact(sums);
+        let _ = allocate_fallibly(|| self.sums.try_reserve_exact(sums));
     }
 
     /// Adds the cells of a triangle from what is given off in the middle of each, row by row; none where that is nearly the same everywhere.

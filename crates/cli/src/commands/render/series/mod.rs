@@ -20,6 +20,7 @@ use super::{
     start, tell, write,
 };
 use crate::args::{RenderArgs, ReportArgs};
+use crate::beginning::Beginning;
 use crate::clock::{Clock, spoken};
 use crate::commands::denoise;
 use crate::console;
@@ -54,6 +55,8 @@ pub(super) fn run(args: &RenderArgs, shots: Vec<Shot>) -> Result<(), Failure> {
 struct Series<'a> {
     args: &'a RenderArgs,
     clock: Clock,
+    /// Until the first picture is begun.
+    beginning: Option<Beginning>,
     stop: &'static AtomicBool,
     threads: Threads,
     progress: Progress,
@@ -95,6 +98,7 @@ impl<'a> Series<'a> {
         if names.iter().filter(|name| *name == "-").count() > 1 {
             return Err(Error::usage("standard input is one scene, and `-` is named twice").into());
         }
+        let beginning = Some(super::begin(&names[0], args, None)?);
         let inputs = names.iter().map(|name| scene_input::input(name, &limits(args))).collect::<Result<Vec<_>, _>>()?;
         if !has_own && !together.is_some() {
             targets = shots::unnamed(args, &inputs, shots, &mut outputs)?;
@@ -104,6 +108,7 @@ impl<'a> Series<'a> {
         let mut series = Self {
             args,
             clock,
+            beginning,
             stop,
             threads,
             progress,
@@ -208,6 +213,7 @@ impl<'a> Series<'a> {
                 }
                 prepared => prepared?,
             };
+            self.beginning.take();
             let caption = match (self.inputs.len(), shot.caption.as_str()) {
                 (_, "") => moment.loaded.source.stem.clone(),
                 (1, caption) => caption.to_owned(),
@@ -253,7 +259,7 @@ impl<'a> Series<'a> {
         tell::note_losses(&rendered.counters, notes);
         note_rendered(loaded, &rendered, plan, targets, notes);
         tell::note_shut_away(loaded, ready, session.film(), notes);
-        let noisy = session.film().uncertainty();
+        let noisy = self.threads.run(|| session.film().uncertainty());
         let description = described(own, &plan.settings, &session, (ready, &rendered), noisy.as_ref(), notes);
         self.description = [description, size_and_samples(&plan.settings, &session)];
         let error = rendered.denoised().map(|denoised| denoised.error).or(noisy);
