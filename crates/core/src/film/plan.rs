@@ -197,8 +197,8 @@ impl Plan {
 
     /// The fewest samples, of at least its own, with which this plan continues another one of the same division; none where no number does.
     pub fn least_continuing(&self, fewer: &Self) -> Option<u32> {
-        // The last replicate has the fewest samples, and must have as many here.
-        let least = u64::from(fewer.samples / fewer.replicates);
+        // The last replicate has the fewest samples, and must have as many here: this many in each, and one more up to that one.
+        let (before, last) = (u64::from(fewer.samples / fewer.replicates - 1), u64::from(fewer.replicates));
         let mut samples = self.samples.max(fewer.samples);
         loop {
             let plan = self.with_samples(samples);
@@ -206,7 +206,7 @@ impl Plan {
                 return Some(samples);
             }
             // Replicates do not become fewer: with less than that there are too few samples for each of them.
-            let next = (u64::from(plan.replicates) * least).max(u64::from(samples) + 1);
+            let next = (u64::from(plan.replicates) * before + last).max(u64::from(samples) + 1);
             samples = u32::try_from(next).ok()?;
         }
     }

@@ -62,15 +62,16 @@ impl<'a> Import<'a> {
         self.budget.memory(places.count, 3 * size_of::<DAffine3>())?;
         let mut met = HashSet::with_capacity(places.count);
         let mut distinct = Vec::with_capacity(places.count);
-        for place in (0..places.count).map(|index| *world * places.at(index)) {
-            if met.insert(place.to_cols_array().map(f64::to_bits)) {
+        for index in 0..places.count {
+            let place = *world * places.at(index);
+            let is_new = met.insert(place.to_cols_array().map(f64::to_bits));
+            if is_new && self.within_measure(&place, || format!("nodes[{node}], instance {index}")) {
                 distinct.push(place);
             }
         }
-        if distinct.len() < places.count {
-            let again = places.count - distinct.len();
-            self.warnings
-                .add(format!("EXT_mesh_gpu_instancing: {again} of the instances lie where others lie; each is shown once"));
+        if met.len() < places.count {
+            let again = places.count - met.len();
+            self.warnings.add(format!("nodes[{node}]: {again} of the instances lie where others lie; each is shown once"));
         }
         Ok(distinct)
     }

@@ -89,6 +89,6 @@ fn the_fewest_samples_that_go_on() {
     }
     let of = |n, replicates| Plan { samples: n, replicates, asked: Some(replicates), ..plan(Sampling::General(1)) };
     // Its replicates hold 60,000 samples each.
-    assert_eq!(of(70_000, 60_000).least_continuing(&of(60_000, 1)), Some(3_600_000_000));
+    assert_eq!(of(70_000, 60_000).least_continuing(&of(60_000, 1)), Some(59_999 * 60_000 + 1));
     assert_eq!(of(80_000, 80_000).least_continuing(&of(60_000, 1)), None);
 }
