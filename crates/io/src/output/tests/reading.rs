@@ -4,6 +4,7 @@ use ::exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, FlatSamples, Image, LayerAttributes, LineOrder, SmallVec, Vec2, WritableImage,
     f16,
 };
+use raywright_core::picture::Window;
 
 use super::*;
 use crate::image_file::tests::crc32;
