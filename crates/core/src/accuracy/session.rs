@@ -216,7 +216,8 @@ impl<'a> Session<'a> {
 
     /// The most exact rung of those within reach.
     fn most_exact(&self, ladder: Ladder) -> Setting {
-        let choice = self.choices_of(ladder).rev().find(|choice| !self.beyond.contains(choice));
+        let reached = |choice: &Choice| choice.can_be_reference() && !self.beyond.contains(choice);
+        let choice = self.choices_of(ladder).rev().find(reached);
         choice.map_or_else(|| self.beside(ladder), |choice| self.setting(choice))
     }
 

@@ -73,6 +73,11 @@ impl Choice {
         }
     }
 
+    /// Whether it can be what the others of its ladder are compared with: what makes light can't.
+    pub fn can_be_reference(&self) -> bool {
+        !matches!((self.ladder, self.rung), (Ladder::Fresnel, "model"))
+    }
+
     /// Puts scene and settings on the rung.
     pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) {
         // Names of rungs come from the ladder, so each is found and each number is one.

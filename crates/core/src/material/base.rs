@@ -4,13 +4,14 @@
 use core::f64::consts::PI;
 
 use super::albedo::Albedo;
+use super::boundary;
 use super::energy::{Remainder, mean_of};
 use super::frame::Frame;
 use super::fresnel::schlick_weight;
 use super::ggx::Ggx;
 use super::lobe::{Lobe, LobeKind, Pair};
 use super::reflectance::Reflectance;
-use crate::number::{Number, Vector3};
+use crate::number::{Mask, Number, Vector3};
 
 /// The base of a layered surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,14 +26,24 @@ pub struct DiffuseBase<N: Number> {
     pub(super) top: DiffuseCover<N>,
 }
 
+/// How a layer of facets reflects that does not go by Schlick's way between two numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Curve<N: Number> {
+    /// Where it does.
+    pub(super) mask: N::Mask,
+    pub(super) reflectance: Reflectance<N>,
+    /// Where Fresnel's equations alone say how, of facets that are as rough any way, so that what they send back is tabulated by the index.
+    pub(super) tabled: N::Mask,
+}
+
 /// The layer of facets over a base, seen from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffuseCover<N: Number> {
     pub(super) remainder: Remainder<N>,
     /// Where facets are rougher one way, and those.
     pub(super) anisotropic: Option<(N::Mask, Ggx<N>)>,
-    /// Where the layer does not reflect by Schlick's way between two numbers, and how it does.
-    pub(super) curve: Option<(N::Mask, Reflectance<N>)>,
+    /// Where the layer does not reflect by Schlick's way between two numbers.
+    pub(super) curve: Option<Curve<N>>,
     /// Reflectances at normal and grazing incidence of glTF's sample formula, which leaves 1 − F by the half vector.
     pub(super) literal: Option<[N; 2]>,
 }
@@ -40,8 +51,9 @@ pub struct DiffuseCover<N: Number> {
 impl<N: Number> DiffuseCover<N> {
     /// It as it is seen along `wo` at a cosine.
     pub(super) fn seen(self, wo: N::Vec3, cosine: N) -> Self {
-        let [mut base, lost] = self.remainder.left(Albedo::mean_of_either(self.remainder.roughness, &self.anisotropic));
-        if let Some((curved, _)) = self.curve {
+        let albedo = Albedo::mean_of_either(self.remainder.roughness, &self.anisotropic);
+        let [mut base, lost] = self.remainder.left(albedo);
+        if let Some(curve) = self.curve {
             let mean = match &self.anisotropic {
                 None => mean_of(|cosine| self.left(N::Vec3::ZERO, cosine)[0]),
                 Some((_, facets)) => {
@@ -56,7 +68,8 @@ impl<N: Number> DiffuseCover<N> {
                     })
                 }
             };
-            base = N::select(curved, mean, base);
+            base = N::select(curve.mask, mean, base);
+            base = N::select(curve.tabled, self.tabled(&curve, albedo, None), base);
         }
         Self { remainder: self.remainder.seen(self.left(wo, cosine), [base, lost]), ..self }
     }
@@ -65,9 +78,22 @@ impl<N: Number> DiffuseCover<N> {
     fn left(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
         let albedo = Albedo::towards_either(direction, cosine, self.remainder.roughness, &self.anisotropic);
         let [plain, lost] = self.remainder.left(albedo);
-        let Some((curved, curve)) = &self.curve else { return [plain, lost] };
-        let [base, _] = self.remainder.left_of(albedo.sent_by(|cosine| curve.at(cosine).max_element()), lost);
-        [N::select(*curved, base, plain), lost]
+        let Some(curve) = &self.curve else { return [plain, lost] };
+        let sent = || albedo.sent_by(|cosine| curve.reflectance.at(cosine).max_element());
+        let read = if (curve.mask & !curve.tabled).any() { self.remainder.left_of(sent(), lost)[0] } else { plain };
+        let base = N::select(curve.tabled, self.tabled(curve, albedo, Some(cosine)), N::select(curve.mask, read, plain));
+        [base, lost]
+    }
+
+    /// What is left where facets reflect by Fresnel's equations: towards a cosine, or in the mean.
+    fn tabled(&self, curve: &Curve<N>, albedo: Albedo<N>, cosine: Option<N>) -> N {
+        let (Some(index), roughness) = (curve.reflectance.exact, self.remainder.roughness) else { return N::ZERO };
+        let sent = |lane: usize| {
+            let index = N::exact_lane(index, lane).max(1.0);
+            boundary::reflected(index, roughness.lane(lane), cosine.map(|cosine| cosine.lane(lane)))
+        };
+        let sent = self.remainder.sent_exactly(N::of_lanes(sent), curve.reflectance.at_normal(), albedo);
+        self.remainder.left_of(sent, albedo.lost)[0]
     }
 
     /// Factors of 1/π: of what a white base sends back, and of what white facets send to each other.
@@ -117,8 +143,6 @@ impl<N: Number> LobeKind<N> for DiffuseBase<N> {
     }
 
     fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
-        let up = Lobe::<N>::cosine(point);
-        let down = N::Vec3::new(up.x(), up.y(), -up.z());
-        frame.to_world(N::Vec3::select(self.back_share().above(choice), up, down))
+        Lobe::<N>::cosine_either(frame, self.back_share().above(choice), point)
     }
 }

@@ -6,7 +6,7 @@ use super::lobe::{Lobe, LobeFamily, Pair};
 use crate::number::{Mask, Number, Vector3};
 
 /// Lobes that a surface of the common kinds may have.
-pub const MOST_LOBES: usize = 5;
+pub const MOST_LOBES: usize = 6;
 
 /// The answer to light of a surface at a point, by at most `MOST` lobes of a family of kinds.
 #[derive(Clone, Copy, Debug)]

@@ -94,6 +94,13 @@ impl<N: Number> Remainder<N> {
         [(N::ONE - (sent + self.layer[2] * lost)).max(N::ZERO), lost]
     }
 
+    /// Share that a layer sends back at once by Fresnel's equations, given what facets do and what they reflect at normal incidence: what a colour adds
+    /// there falls as Schlick's way rises.
+    pub(super) fn sent_exactly(&self, sent: N, normal: N, albedo: Albedo<N>) -> N {
+        let falling = (N::ONE - albedo.lost - albedo.grazing).max(N::ZERO);
+        (self.layer[1] * sent + (self.layer[0] - self.layer[1] * normal) * falling).max(N::ZERO)
+    }
+
     /// Whether there is a layer.
     #[inline(always)]
     pub(super) fn is_covered(&self) -> bool {

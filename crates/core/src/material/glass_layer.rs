@@ -8,6 +8,7 @@ use super::frame::Frame;
 use super::fresnel::{self, FresnelRule, schlick_weight};
 use super::ggx::Ggx;
 use super::interface::Interface;
+use super::interreflected::{Interreflected, mean_reflectance};
 use super::lobe::{LobeKind, Pair};
 use crate::number::{Mask, Number, Vector3};
 
@@ -41,6 +42,30 @@ impl<N: Number> Tinted<N> {
         let filmed = super::film::reflectance(outside, N::exact_lane(film.ior, lane), film.thickness.lane(lane), at_normal);
         let share = film.share.lane(lane);
         bare.lerp(filmed.into(), share).to_array()
+    }
+}
+
+/// Cosines on the thin side at which a film is compared with a bare boundary.
+const COMPARED: [f64; 5] = [1.0, 0.8, 0.5, 0.25, 0.1];
+
+impl<N: Number> Tinted<N> {
+    /// How much of Fresnel's share is reflected: the least and the most of it over the angles.
+    pub(super) fn of_fresnel(&self) -> [N::Vec3; 2] {
+        if self.film.is_none() && self.rule != FresnelRule::Schlick {
+            return [self.reflected; 2];
+        }
+        let over = |lane: usize, own: f64| {
+            let ior = N::exact_lane(self.ior, lane);
+            let beyond = (1.0 - (1.0 - own * own) / ior.max(1.0 / ior).powi(2)).sqrt();
+            let [outside, inside] = if ior < 1.0 { [beyond, own] } else { [own, beyond] };
+            let exact = fresnel::dielectric(outside, Some(inside), 1.0 / ior).max(1e-6);
+            DVec3::from(self.reflectance(lane, Some([outside, inside]))) / exact
+        };
+        let fold = |of: fn(DVec3, DVec3) -> DVec3| {
+            let lane = |lane: usize| COMPARED.iter().fold(DVec3::ONE, |all, &cosine| of(all, over(lane, cosine)));
+            <N::Vec3 as Vector3<N>>::of_lanes(lane)
+        };
+        [fold(DVec3::min), fold(DVec3::max)]
     }
 }
 
@@ -145,6 +170,17 @@ impl<N: Number> ThinDielectric<N> {
 
     fn reflectance(&self, cosine: N) -> N::Vec3 {
         <N::Vec3 as Vector3<N>>::of_lanes(|lane| self.at(lane, cosine.lane(lane)).into())
+    }
+
+    /// What its facets send to each other, seen along a direction about the normal.
+    pub(super) fn interreflected(
+        &self,
+        roughness: N,
+        anisotropic: Option<(N::Mask, Ggx<N>)>,
+        seen: [N::Vec3; 2],
+    ) -> Interreflected<N> {
+        let mean = mean_reflectance(|cosine| self.reflectance(cosine));
+        Interreflected::of_wall(roughness, anisotropic, self.share, seen, [mean, self.transmitted])
     }
 
     /// What goes straight on where it is smooth, by the cosine of incidence.

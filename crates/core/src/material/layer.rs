@@ -9,6 +9,7 @@ use super::energy::directional_albedo;
 use super::frame::Frame;
 use super::ggx::{Ggx, mirrored};
 use super::glass_layer::{LayeredDielectric, ThinDielectric};
+use super::interreflected::Interreflected;
 use super::lobe::{LobeFamily, LobeKind, Pair};
 use super::reflectance::Reflectance;
 use super::sheen::Sheen;
@@ -115,6 +116,8 @@ pub(super) enum LayerLobe<N: Number> {
     Dielectric(LayeredDielectric<N>),
     /// A wall too thin to bend anything.
     ThinDielectric(ThinDielectric<N>),
+    /// What the facets of either send to each other.
+    Interreflected(Interreflected<N>),
 }
 
 /// Asks a lobe of whatever kind.
@@ -126,6 +129,7 @@ macro_rules! ask {
             LayerLobe::Ggx($of) => $question,
             LayerLobe::Dielectric($of) => $question,
             LayerLobe::ThinDielectric($of) => $question,
+            LayerLobe::Interreflected($of) => $question,
         }
     };
 }

@@ -1,7 +1,7 @@
 //! Layered surfaces: the metallic-roughness model with what glTF's extensions lay over it, under it and into it.
 
 use super::albedo::Albedo;
-use super::base::{DiffuseBase, DiffuseCover};
+use super::base::{Curve, DiffuseBase, DiffuseCover};
 use super::bsdf::Bsdf;
 use super::energy::{Remainder, interreflections};
 use super::film::Film;
@@ -213,8 +213,14 @@ impl<N: Number> Layered<N> {
             [N::ONE, N::ZERO].map(|cosine| mixed.at(cosine).max_element() * over)
         });
         let filmed = facets.film.map_or(N::Mask::default(), |film| film.share.above(N::ZERO));
-        let curved = if facets.exact.is_some() { !N::Mask::default() } else { filmed };
-        let curve = curved.any().then_some((curved, alone));
+        let none = N::Mask::default();
+        let (exact, combed) = (facets.exact.filter(|_| over.above(N::ZERO).any()), anisotropic.map_or(none, |(mask, _)| mask));
+        let indexed = exact.map_or(none, |ior| {
+            let beyond_air = |lane| if N::exact_lane(ior, lane) >= 1.0 { 1.0 } else { 0.0 };
+            N::of_lanes(beyond_air).above(N::ZERO)
+        });
+        let mask = if facets.exact.is_some() { !none } else { filmed };
+        let curve = mask.any().then_some(Curve { mask, reflectance: alone, tabled: indexed & !combed & !filmed });
         let remainder = Remainder::new([layer[0], layer[1], own], roughness);
         let top = DiffuseCover { remainder, anisotropic, curve, literal }.seen(list.wo, list.bsdf.normal().dot(list.wo));
         let both = through.max_element().above(N::ZERO).any();
@@ -233,10 +239,19 @@ impl<N: Number> Layered<N> {
             let share = N::select(of, share, N::ZERO);
             if of.any() && self.thin {
                 let facets = is_rough.then(|| self.facets(list.bsdf.normal()));
-                list.push(LayerLobe::ThinDielectric(ThinDielectric { tinted, share, transmitted, facets }));
+                let wall = ThinDielectric { tinted, share, transmitted, facets };
+                list.push(LayerLobe::ThinDielectric(wall));
+                if is_rough && self.compensated {
+                    let seen = [list.wo, list.bsdf.normal()];
+                    list.push(LayerLobe::Interreflected(wall.interreflected(roughness, self.anisotropic(), seen)));
+                }
             } else if of.any() {
                 let boundary = bare.boundary(outside, share, is_rough.then_some(roughness));
                 list.push(LayerLobe::Dielectric(LayeredDielectric { tinted, boundary, outside }));
+                if is_rough && self.compensated {
+                    let seen = [share, list.bsdf.normal().dot(list.wo)];
+                    list.push(LayerLobe::Interreflected(bare.interreflected(outside, roughness, seen, tinted.of_fresnel())));
+                }
             }
         }
     }

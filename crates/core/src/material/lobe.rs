@@ -7,6 +7,7 @@ use super::energy::Remainder;
 use super::frame::Frame;
 use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, alpha, mirrored, sample_wm};
+use super::interreflected::Interreflected;
 use crate::number::{Mask, Number, Vector3};
 
 /// One way in which a surface sends light back or on.
@@ -44,6 +45,8 @@ pub enum Lobe<N: Number> {
     },
     /// A boundary of a dielectric, smooth or rough.
     Dielectric(Dielectric<N>),
+    /// What the facets of a rough one send to each other.
+    Interreflected(Interreflected<N>),
 }
 
 /// Two unit directions away from a surface and what the lobes ask of them.
@@ -141,7 +144,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
 
     #[inline(always)]
     fn lets_through(&self) -> bool {
-        matches!(self, Self::Dielectric(Dielectric { roughness: Some(_), .. }))
+        matches!(self, Self::Dielectric(Dielectric { roughness: Some(_), .. }) | Self::Interreflected(_))
     }
 
     #[inline(always)]
@@ -165,6 +168,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 (N::Vec3::select(some, value, N::Vec3::ZERO), density)
             }
             Self::Dielectric(boundary) => boundary.eval_and_pdf(pair),
+            Self::Interreflected(facets) => facets.eval_and_pdf(pair),
             Self::Mirror { .. } => (N::Vec3::ZERO, N::ZERO),
         }
     }
@@ -183,13 +187,18 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
 
     #[inline(always)]
     fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        if let Self::Dielectric(boundary) = self { boundary.eval_and_pdf_through(pair) } else { (N::Vec3::ZERO, N::ZERO) }
+        match self {
+            Self::Dielectric(boundary) => boundary.eval_and_pdf_through(pair),
+            Self::Interreflected(facets) => facets.eval_and_pdf_through(pair),
+            _ => (N::Vec3::ZERO, N::ZERO),
+        }
     }
 
     #[inline(always)]
     fn sample(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, [u, v]: [N; 2]) -> N::Vec3 {
         frame.to_world(match *self {
             Self::Dielectric(boundary) => return boundary.sample(frame, wo, local, choice, [u, v]),
+            Self::Interreflected(facets) => return facets.sample(frame, wo, local, choice, [u, v]),
             Self::Rough { roughness, .. } => {
                 let facet = sample_wm::<N>(local, [alpha(roughness); 2], on_disk([u, v]));
                 let mirrored = mirrored::<N>(local, facet);
@@ -218,6 +227,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
             Self::Lambert { albedo } => albedo.max_element(),
             Self::Rough { .. } | Self::Mirror { .. } => self.reflectance(cosine).max_element(),
             Self::Dielectric(boundary) => boundary.importance(cosine),
+            Self::Interreflected(facets) => facets.importance(cosine),
         }
     }
 }
@@ -229,6 +239,13 @@ impl<N: Number> Lobe<N> {
     pub(crate) fn cosine([u, v]: [N; 2]) -> N::Vec3 {
         let [x, y] = on_disk([u, v]);
         N::Vec3::new(x, y, (N::ONE - u).max(N::ZERO).sqrt())
+    }
+
+    /// Such a direction in a frame, on its side where a mask is set and beyond elsewhere.
+    pub(super) fn cosine_either(frame: &Frame<N>, above: N::Mask, point: [N; 2]) -> N::Vec3 {
+        let up = Self::cosine(point);
+        let down = N::Vec3::new(up.x(), up.y(), -up.z());
+        frame.to_world(N::Vec3::select(above, up, down))
     }
 
     /// Share that a mirror or facets reflect at this cosine to their normal; of other lobes nothing.

@@ -5,6 +5,7 @@ use super::bsdf::Bsdf;
 use super::dielectric::Dielectric;
 use super::energy::{Remainder, interreflections};
 use super::ggx::LEAST_ROUGHNESS;
+use super::interreflected::Interreflected;
 use super::lobe::Lobe;
 use crate::number::{Mask, Number, Vector3};
 
@@ -38,6 +39,14 @@ impl<N: Number> Glass<N> {
     #[inline(always)]
     pub(super) fn bends(&self) -> N::Mask {
         N::of_lanes(|lane| (N::exact_lane(self.ior, lane) - 1.0).abs()).above(N::from_f64(LEAST_BEND))
+    }
+
+    /// What facets of a rough boundary of such a share, which reflect so much of Fresnel's, send to each other, seen at a cosine.
+    #[inline(never)]
+    pub(super) fn interreflected(&self, outside: N::Mask, roughness: N, seen: [N; 2], tint: [N::Vec3; 2]) -> Interreflected<N> {
+        let eta = self.eta(outside);
+        let eta = N::of_lanes(|lane| N::exact_lane(eta, lane));
+        Interreflected::of_boundary(eta, roughness, seen, tint, self.transmitted)
     }
 
     /// The boundary of such a share of a surface, smooth or of a roughness.
@@ -171,6 +180,10 @@ impl<N: Number> MetallicRoughness<N> {
             if of.any() {
                 bsdf = bsdf.with(Lobe::Dielectric(glass.boundary(outside, N::select(of, through, N::ZERO), roughness)));
             }
+        }
+        if compensated && rough.any() {
+            let (share, tint) = (N::select(rough, through, N::ZERO), [glass.reflected; 2]);
+            bsdf.add(Lobe::Interreflected(glass.interreflected(outside, self.roughness, [share, normal.dot(wo)], tint)));
         }
         bsdf
     }

@@ -43,18 +43,20 @@ impl<N: Number> Reflectance<N> {
     /// The dielectric part's, bare.
     fn of_dielectric(&self, cosine: N) -> N::Vec3 {
         let [normal, grazing] = self.dielectric;
-        let rise = self.exact.map_or(schlick_weight(cosine), |ior| {
-            N::of_lanes(|lane| {
-                let ior = N::exact_lane(ior, lane);
-                // Without an index, what reflects all keeps Schlick's way.
-                if ior <= 0.0 {
-                    return schlick_weight(cosine.lane(lane));
-                }
-                let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
-                (dielectric_in_air(cosine.lane(lane), ior) - f0) / (1.0 - f0)
-            })
-        });
-        normal + (grazing - normal) * rise
+        let schlick = schlick_weight(cosine);
+        let Some(ior) = self.exact else { return normal + (grazing - normal) * schlick };
+        // Without an index, what reflects all does so at every angle.
+        let of = |ior: f64, cosine: f64| if ior > 0.0 { dielectric_in_air(cosine, ior) } else { 1.0 };
+        let exact = N::of_lanes(|lane| of(N::exact_lane(ior, lane), cosine.lane(lane)));
+        // What a colour adds at normal incidence falls as Schlick's way rises.
+        let added = (normal - grazing * self.at_normal()) * (N::ONE - schlick);
+        (grazing * exact + added).max(N::Vec3::ZERO).min(N::Vec3::ONE)
+    }
+
+    /// What Fresnel's equations say of the dielectric part at normal incidence.
+    pub(super) fn at_normal(&self) -> N {
+        let ior = |lane| self.exact.map_or(1.0, |ior| N::exact_lane(ior, lane));
+        N::of_lanes(|lane| ((ior(lane) - 1.0) / (ior(lane) + 1.0)).powi(2))
     }
 
     /// Whether some of it reflects somewhere.

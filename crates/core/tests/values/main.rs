@@ -13,6 +13,7 @@ mod effects;
 mod emitters;
 mod expressions;
 mod films;
+mod furnaces;
 mod generators;
 mod glass;
 mod highlights;

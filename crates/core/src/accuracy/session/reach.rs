@@ -32,7 +32,7 @@ impl Session<'_> {
         let mut exact = Setting::default();
         for ladder in self.pictured.iter().copied().filter(|&ladder| ladder != Ladder::Samples && !ladder.is_a_matter_of_taste())
         {
-            for choice in self.choices_of(ladder).rev() {
+            for choice in self.choices_of(ladder).rev().filter(Choice::can_be_reference) {
                 let setting = self.setting(choice);
                 if (self.now)() >= end {
                     return Ok(exact);
