@@ -109,7 +109,7 @@ fn sheet_beside_its_tree(side: u32) {
         }
         drop(ready);
         let mut group = PrimitiveSet::<f32>::default();
-        let corner = |i: u32| data.positions[i as usize].into();
+        let corner = |i: u32| data.positions.at(i as usize).as_vec3();
         group.mesh(data.indices.iter().map(|triangle| triangle.map(corner)), Visibility::default()).expect("triangles");
         let (tree, geometry) = timed(|| Geometry::new(group, AcceleratorKind::default()));
         drop((geometry, loaded));

@@ -22,7 +22,7 @@ pub fn mesh() -> Scene {
         [[a, b, b + COLUMNS], [a, b + COLUMNS, a + COLUMNS]]
     };
     let data = MeshData {
-        positions: (0..COLUMNS * (ROWS + 1)).map(vertex).collect(),
+        positions: (0..COLUMNS * (ROWS + 1)).map(vertex).collect::<Vec<_>>().into(),
         indices: (0..COLUMNS * ROWS).flat_map(quad).collect(),
         ..MeshData::default()
     };

@@ -13,7 +13,7 @@ use raywright::core::{Rendered, prepare};
 /// A closed tetrahedron with a corner cut into view: no two faces alike.
 fn tetrahedron() -> MeshData {
     MeshData {
-        positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [0.2, 1.1, 0.0], [0.1, 0.2, 0.9]],
+        positions: vec![[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.1], [0.2, 1.1, 0.0], [0.1, 0.2, 0.9]].into(),
         indices: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
         ..MeshData::default()
     }
@@ -180,7 +180,7 @@ fn instances_are_reported_where_they_are_built() {
 /// A hilly sheet of 2·n² triangles.
 fn sheet(n: u32) -> MeshData {
     let at = |i: u32| i as f32 / n as f32;
-    let positions = (0..=n).flat_map(|z| (0..=n).map(move |x| [at(x), at(x) * at(z), at(z)])).collect();
+    let positions = (0..=n).flat_map(|z| (0..=n).map(move |x| [at(x), at(x) * at(z), at(z)])).collect::<Vec<[f32; 3]>>().into();
     let corner = |x: u32, z: u32| z * (n + 1) + x;
     let indices = (0..n).flat_map(|z| {
         (0..n).flat_map(move |x| {

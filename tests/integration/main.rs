@@ -6,6 +6,7 @@ mod cli;
 mod docs;
 mod effects;
 mod emitters;
+mod far;
 mod gallery;
 mod instances;
 mod intervals;

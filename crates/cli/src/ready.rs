@@ -96,7 +96,9 @@ mod tests {
         let grid = "kind.grid = { counts = [1, 1, 2], origin = [0, 0, 3e5], step = [1, 1, 1] }";
         let generated = format!("[[generators]]\n{grid}\nobject = {{ material = \"m\", {} }}\n", thin(0));
         for (scene, line) in [(listed, "scene.toml:7:"), (generated, "scene.toml:7:")] {
-            let (loaded, settings) = loaded(&format!("{material}{scene}"));
+            // Most of the scene is about zero, so that coordinates are counted from there.
+            let balls = "[[objects]]\nmaterial = \"m\"\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\n".repeat(3);
+            let (loaded, settings) = loaded(&format!("{material}{scene}{balls}"));
             let with = |precision| prepared(&loaded, &Settings { precision, ..settings.clone() }, &());
             let failure = with(PrecisionChoice::Robust).err().expect("there is nothing to see");
             assert_eq!(failure.exit, Exit::Input);

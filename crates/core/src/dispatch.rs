@@ -296,6 +296,12 @@ impl Ready {
         each!(&self.inner, p => &p.lost)
     }
 
+    /// The first object of which the precision can't tell points a thousandth of its size apart, so far away is it from what coordinates are
+    /// counted from. By index of the scene's objects, generated ones last.
+    pub fn unresolved(&self) -> Option<u32> {
+        each!(&self.inner, p => p.origin.unresolved)
+    }
+
     /// What is simulated, absent and left out.
     pub fn effects(&self) -> &EffectReport {
         &self.effects

@@ -4,15 +4,16 @@ mod uses;
 
 use std::collections::HashMap;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::shapes::{TransformedShape, Triangle};
 use raywright_bvh::{Aabb, Real, Shape as _, Vector};
 
-use crate::generate::all;
+use crate::generate::all_about;
 use crate::lookup::Lookup;
+use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Scene, Shape};
-use crate::shape::any_shape;
+use crate::shape::{map_about, own_shape, placed_shape};
 pub(crate) use uses::Uses;
 
 /// Where a scene is.
@@ -24,17 +25,18 @@ pub struct Extent {
     pub unbounded: usize,
 }
 
-/// The extent of a scene whose numbers are stored in a precision: to the bit that of the geometry that would be built. What can't
+/// The extent of a scene whose numbers are stored in a precision: to the bit that of the geometry that would be built, about its origin. What can't
 /// be built has no place.
 pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
+    let origin = StorageOrigin::of::<R>(scene, lookup).origin;
     let uses = Uses::of(scene);
     let mut shared: HashMap<&str, Aabb> = HashMap::new();
     let mut whole = Extent { bounds: Aabb::EMPTY, unbounded: 0 };
-    for shown in all(scene) {
+    for shown in all_about(scene, origin) {
         let (object, map, ends) = (shown.object, shown.map(), shown.ends());
         // A point on its way is between its ends.
-        let instance = |own: Aabb| match ends {
-            None => transform_bounds(&map, &own),
+        let instance = |own: Aabb, origin: DVec3| match ends.map(|ends| ends.map(|end| map_about(end, origin))) {
+            None => transform_bounds(&map_about(map, origin), &own),
             Some([start, end]) => transform_bounds(&start, &own).union(transform_bounds(&end, &own)),
         };
         match &object.shape {
@@ -43,28 +45,29 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
                 if uses.share(name, object.side) {
                     let own = shared.entry(name.as_str()).or_insert_with(|| around::<R>(data, None));
                     if !own.is_empty() {
-                        whole.include(Some(instance(*own)));
+                        whole.include(Some(instance(*own, data.positions.origin())));
                     }
                 } else {
                     whole.include(Some(around::<R>(data, Some(map))));
                 }
             }
             shape if ends.is_some() => {
-                let Some(shape) = any_shape::<R>(shape, DVec3::ZERO) else { continue };
-                whole.include(shape.bounds().map(instance));
+                let Some((shape, origin)) = own_shape::<R>(shape) else { continue };
+                whole.include(shape.bounds().map(|bounds| instance(bounds, origin)));
             }
-            shape if map.matrix3 == DMat3::IDENTITY => {
-                whole.include(any_shape::<R>(shape, map.translation).and_then(|shape| shape.bounds()));
-            }
-            shape => {
-                let placed = any_shape(shape, DVec3::ZERO).and_then(|shape| TransformedShape::<R>::new(shape, map));
-                if let Some(placed) = placed {
-                    whole.include(placed.bounds());
+            shape => match placed_shape::<R>(shape, map) {
+                Some((shape, None)) => whole.include(shape.bounds()),
+                Some((shape, Some(map))) => {
+                    if let Some(placed) = TransformedShape::<R>::new(shape, map) {
+                        whole.include(placed.bounds());
+                    }
                 }
-            }
+                None => {}
+            },
         }
     }
-    whole
+    let Aabb { min, max } = whole.bounds;
+    Extent { bounds: Aabb { min: min + origin, max: max + origin }, ..whole }
 }
 
 impl Extent {
@@ -81,8 +84,8 @@ impl Extent {
 /// The box around the triangles of a mesh, as they are stored, under a map or in their own space.
 fn around<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
     let position = |i: u32| {
-        let p = DVec3::from(data.positions[i as usize].map(f64::from));
-        Vector::from_f64(map.map_or(p, |map| map.transform_point3(p)))
+        let own = || DVec3::from(data.positions.offsets()[i as usize].map(f64::from));
+        Vector::from_f64(map.map_or_else(own, |map| map.transform_point3(data.positions.at(i as usize))))
     };
     let boxes = data.indices.iter().filter_map(|corners| Triangle::<R>::new(corners.map(position)).bounds());
     boxes.fold(Aabb::EMPTY, Aabb::union)

@@ -204,7 +204,7 @@ impl FacingAreas {
 }
 
 fn position(data: &MeshData, index: u32) -> DVec3 {
-    DVec3::from(data.positions[index as usize].map(f64::from))
+    data.positions.at(index as usize)
 }
 
 #[cfg(test)]

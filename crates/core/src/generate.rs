@@ -12,7 +12,7 @@ use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedObject<'a> {
     pub object: &'a Object,
-    /// Where a generator puts it; none for a listed one.
+    /// Where a generator puts it, less the origin about which it stands; none for a listed one about zero.
     pub place: Option<DVec3>,
 }
 
@@ -40,6 +40,12 @@ pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
         places(&generator.kind).map(|place| PlacedObject { object: &generator.object, place: Some(place) })
     });
     listed.chain(made)
+}
+
+/// The same as they stand about an origin.
+pub(crate) fn all_about(scene: &Scene, origin: DVec3) -> impl Iterator<Item = PlacedObject<'_>> {
+    let moved = move |shown: PlacedObject<'_>| (origin != DVec3::ZERO).then(|| shown.place.unwrap_or_default() - origin);
+    all(scene).map(move |shown| PlacedObject { place: moved(shown).or(shown.place), ..shown })
 }
 
 /// The same, each with how many of it there are: generated ones differ in their places alone.

@@ -85,6 +85,7 @@ mod motion;
 pub mod noise;
 pub mod number;
 mod observer;
+mod origin;
 pub mod picture;
 pub mod prepare;
 pub mod render;

@@ -1,12 +1,41 @@
 //! The one place where a shape of the scene becomes one that geometry stores, for all that ask what it will be.
 
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
 };
-use raywright_bvh::{Real, Vector};
+use raywright_bvh::{Real, Shape as _, Vector};
 
+use crate::origin::{FAR_FROM_OWN, near};
 use crate::scene::{Shape, Triple};
+
+/// A shape of the scene as it is stored under a map: where that only moves it, by numbers of its own; else in a space of its own, about an
+/// origin near it, with the map from there.
+pub(crate) fn placed_shape<R: Real>(shape: &Shape, map: DAffine3) -> Option<(AnyShape<R>, Option<DAffine3>)> {
+    if map.matrix3 == DMat3::IDENTITY {
+        return Some((any_shape(shape, map.translation)?, None));
+    }
+    let (stored, origin) = own_shape(shape)?;
+    Some((stored, Some(map_about(map, origin))))
+}
+
+/// A shape in a space of its own, about an origin near it.
+pub(crate) fn own_shape<R: Real>(shape: &Shape) -> Option<(AnyShape<R>, DVec3)> {
+    let origin = own_origin(shape);
+    Some((any_shape(shape, -origin)?, origin))
+}
+
+/// An origin near a shape in its own space.
+pub(crate) fn own_origin(shape: &Shape) -> DVec3 {
+    any_shape::<f64>(shape, DVec3::ZERO)
+        .and_then(|shape| shape.bounds())
+        .map_or(DVec3::ZERO, |bounds| near(&bounds, FAR_FROM_OWN))
+}
+
+/// A map of points that are counted from an origin.
+pub(crate) fn map_about(map: DAffine3, origin: DVec3) -> DAffine3 {
+    if origin == DVec3::ZERO { map } else { map * DAffine3::from_translation(origin) }
+}
 
 /// A shape of the scene, moved by an offset, in a precision's scalar; none for a mesh, which is many.
 pub(crate) fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {

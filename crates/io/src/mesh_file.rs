@@ -42,14 +42,15 @@ fn merged(scene: &Scene) -> MeshData {
     let smooth = parts.iter().any(|(part, _)| !part.normals.is_empty());
     // Tangents that only some parts have are made for all where something asks for them.
     let combed = parts.iter().all(|(part, _)| !part.tangents.is_empty());
-    let mut whole = MeshData::default();
+    let (mut whole, mut positions) = (MeshData::default(), Vec::new());
     for (part, transform) in parts {
         if smooth && part.normals.is_empty() {
-            append(&mut whole, &faceted(part), &transform);
+            append((&mut whole, &mut positions), &faceted(part), &transform);
         } else {
-            append(&mut whole, part, &transform);
+            append((&mut whole, &mut positions), part, &transform);
         }
     }
+    whole.positions = positions.into();
     if !combed {
         whole.tangents.clear();
     }
@@ -59,9 +60,9 @@ fn merged(scene: &Scene) -> MeshData {
 /// The same triangles with corners of their own, whose normals are those of the flat facets.
 fn faceted(part: &MeshData) -> MeshData {
     let corners = || part.indices.iter().flatten().map(|index| *index as usize);
-    let positions: Vec<[f32; 3]> = corners().filter_map(|i| part.positions.get(i).copied()).collect();
+    let positions = part.positions.select(corners());
     let normal = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).normalize_or(Vec3::Y).to_array();
-    let triangles = positions.chunks_exact(3).map(|p| [0, 1, 2].map(|k| Vec3::from_array(p[k])));
+    let triangles = positions.offsets().chunks_exact(3).map(|p| [0, 1, 2].map(|k| Vec3::from_array(p[k])));
     MeshData {
         normals: triangles.flat_map(|triangle| [normal(triangle); 3]).collect(),
         indices: (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
@@ -72,11 +73,11 @@ fn faceted(part: &MeshData) -> MeshData {
     }
 }
 
-fn append(whole: &mut MeshData, part: &MeshData, transform: &DAffine3) {
-    let (before, vertices) = (whole.positions.len(), part.positions.len());
+fn append((whole, positions): (&mut MeshData, &mut Vec<DVec3>), part: &MeshData, transform: &DAffine3) {
+    let (before, vertices) = (positions.len(), part.positions.len());
     let after = before + vertices;
     let double = |v: &[f32; 3]| Vec3::from_array(*v).as_dvec3();
-    whole.positions.extend(part.positions.iter().map(|p| transform.transform_point3(double(p)).as_vec3().to_array()));
+    positions.extend(part.positions.iter().map(|p| transform.transform_point3(p)));
     // A mirrored triangle faces the other way until two of its corners are swapped.
     let mirrored = transform.matrix3.determinant() < 0.0;
     let shift = |index: u32| index.saturating_add(u32::try_from(before).unwrap_or(u32::MAX));
@@ -136,8 +137,8 @@ mod tests {
 
     /// The corners 0, x and y, facing +z.
     fn leaf() -> MeshData {
-        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        MeshData { positions, indices: vec![[0, 1, 2]], ..MeshData::default() }
+        let positions = vec![[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        MeshData { positions: positions.into(), indices: vec![[0, 1, 2]], ..MeshData::default() }
     }
 
     fn full() -> MeshData {
@@ -170,12 +171,12 @@ mod tests {
     #[test]
     fn parts_stand_where_they_are_put() {
         let stretched = merged(&file(vec![(full(), vec![TransformStep::Scale([1.0, 3.0, 4.0])])]));
-        assert_eq!(stretched.positions[2], [0.0, 3.0, 0.0]);
+        assert_eq!(stretched.positions.offsets()[2], [0.0, 3.0, 0.0]);
         // (0, 0.6/3, 0.8/4) has equal parts.
         let half = std::f32::consts::FRAC_1_SQRT_2;
         assert!(stretched.normals[0].iter().zip([0.0, half, half]).all(|(a, b)| (a - b).abs() < 1e-6), "{:?}", stretched.normals);
         let mirrored = merged(&file(vec![(leaf(), vec![TransformStep::Scale([-1.0, 1.0, 1.0])])]));
-        let [a, b, c] = mirrored.indices[0].map(|i| Vec3::from_array(mirrored.positions[i as usize]));
+        let [a, b, c] = mirrored.indices[0].map(|i| Vec3::from_array(mirrored.positions.offsets()[i as usize]));
         assert_eq!((b - a).cross(c - a), Vec3::Z);
     }
 }

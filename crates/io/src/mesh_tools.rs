@@ -31,26 +31,23 @@ pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
 /// A mesh with its vertices moved by a transform that flattens it. Its normals would need the inverse, so facets take over, and
 /// tangents go with them.
 pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
-    let moved = |p: &[f32; 3]| {
-        let p = transform.transform_point3(DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2])));
-        p.as_vec3().to_array()
-    };
-    MeshData { positions: mesh.positions.iter().map(moved).collect(), normals: Vec::new(), tangents: Vec::new(), ..mesh.clone() }
+    let moved: Vec<DVec3> = mesh.positions.iter().map(|p| transform.transform_point3(p)).collect();
+    MeshData { positions: moved.into(), normals: Vec::new(), tangents: Vec::new(), ..mesh.clone() }
 }
 
 /// Drops triangles with a vertex that is not finite or absurdly far away, and gives such vertices the place of another, so
 /// that bounds stay finite. Returns how many triangles went.
 pub(crate) fn drop_unusable(mesh: &mut MeshData) -> usize {
-    let usable = |p: &[f32; 3]| p.iter().all(|c| f64::from(c.abs()) <= FARTHEST);
-    if mesh.positions.iter().all(usable) {
+    let unusable: Vec<bool> = mesh.positions.iter().map(|p| !p.to_array().iter().all(|c| c.abs() <= FARTHEST)).collect();
+    if !unusable.contains(&true) {
         return 0;
     }
     let before = mesh.indices.len();
-    let positions = &mesh.positions;
-    mesh.indices.retain(|triangle| triangle.iter().all(|&i| positions.get(i as usize).is_some_and(usable)));
-    let stand_in = mesh.positions.iter().copied().find(usable).unwrap_or_default();
-    for position in mesh.positions.iter_mut().filter(|p| !usable(p)) {
-        *position = stand_in;
+    mesh.indices.retain(|triangle| triangle.iter().all(|&i| unusable.get(i as usize) == Some(&false)));
+    let first = unusable.iter().position(|unusable| !unusable);
+    let stand_in = first.map_or_else(<[f32; 3]>::default, |vertex| mesh.positions.offsets()[vertex]);
+    for (offset, _) in mesh.positions.offsets_mut().iter_mut().zip(&unusable).filter(|(_, unusable)| **unusable) {
+        *offset = stand_in;
     }
     before - mesh.indices.len()
 }
@@ -86,7 +83,9 @@ pub(crate) fn mend_normals(mesh: &mut MeshData) {
 fn facet_means(mesh: &MeshData) -> Vec<DVec3> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     for triangle in &mesh.indices {
-        let corner = |k: usize| mesh.positions.get(triangle[k] as usize).map_or(DVec3::ZERO, |p| Vec3::from_array(*p).as_dvec3());
+        let corner = |k: usize| {
+            mesh.positions.offsets().get(triangle[k] as usize).map_or(DVec3::ZERO, |p| Vec3::from_array(*p).as_dvec3())
+        };
         let normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
         for &i in triangle {
             if let Some(sum) = sums.get_mut(i as usize) {
@@ -103,7 +102,7 @@ mod tests {
     use glam::DQuat;
 
     fn triangle(positions: Vec<[f32; 3]>) -> MeshData {
-        MeshData { positions, indices: vec![[0, 1, 2], [2, 1, 3]], ..MeshData::default() }
+        MeshData { positions: positions.into(), indices: vec![[0, 1, 2], [2, 1, 3]], ..MeshData::default() }
     }
 
     /// Protects: one bad vertex takes its triangles with it, and nothing not finite is left for the bounds.
@@ -113,7 +112,7 @@ mod tests {
             let mut mesh = triangle(vec![[bad, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
             assert_eq!(drop_unusable(&mut mesh), 1, "{bad}");
             assert_eq!(mesh.indices, [[2, 1, 3]]);
-            assert_eq!(mesh.positions[0], [1.0, 0.0, 0.0]);
+            assert_eq!(mesh.positions.offsets()[0], [1.0, 0.0, 0.0]);
         }
     }
 
@@ -158,7 +157,7 @@ mod tests {
         mesh.uvs = vec![vec![[0.5; 2]; 4]];
         let flat =
             squeezed(&mesh, &DAffine3::from_scale_rotation_translation(DVec3::new(2.0, 0.0, 1.0), DQuat::IDENTITY, DVec3::X));
-        assert_eq!((flat.positions[3], flat.positions[1]), ([3.0, 0.0, 3.0], [3.0, 0.0, 0.0]));
+        assert_eq!((flat.positions.offsets()[3], flat.positions.offsets()[1]), ([3.0, 0.0, 3.0], [3.0, 0.0, 0.0]));
         assert_eq!((flat.normals.len(), &flat.uvs, &flat.indices), (0, &mesh.uvs, &mesh.indices));
     }
 }

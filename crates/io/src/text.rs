@@ -38,7 +38,7 @@ pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 /// The part of a word that is a number, and its value, as C's `strtod` finds it: files have `1.0f` and `3.1+e2`. A number with a
 /// decimal comma is none: `strtod` would lose its fraction.
-pub(crate) fn number(word: &str) -> Option<(&str, f32)> {
+pub(crate) fn number(word: &str) -> Option<(&str, f64)> {
     if let Ok(value) = word.parse() {
         return Some((word, value));
     }

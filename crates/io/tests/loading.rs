@@ -214,8 +214,8 @@ fn a_mesh_in_a_file_becomes_one_mesh_with_the_file_s_transforms() {
     gltf_triangle(&place);
     let loaded = place.load().unwrap_or_else(|error| panic!("{error}"));
     let MeshSource::Inline(mesh) = &loaded.scene.meshes[0].source else { panic!("the mesh was not read") };
-    assert_eq!(mesh.positions[..3], [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]]);
-    assert_eq!(mesh.positions[3..], [[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert_eq!(mesh.positions.offsets()[..3], [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]]);
+    assert_eq!(mesh.positions.offsets()[3..], [[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     // The mirrored one is turned over, so that both face +z.
     assert_eq!(mesh.indices, [[0, 1, 2], [3, 5, 4]]);
 }

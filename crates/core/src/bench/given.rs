@@ -1,5 +1,6 @@
 //! A scene of the user's own: its camera rays, and one bounce of each in a random direction, by scan and by tree.
 
+use glam::DVec3;
 use raywright_bvh::{Geometry, Interval, Ray, Real, Vector};
 use serde::Serialize;
 
@@ -9,6 +10,7 @@ use super::{BenchError, BenchOptions, SEEDS};
 use crate::camera::Camera;
 use crate::framing::{FIELD_OF_VIEW, Silhouette, View};
 use crate::lookup::Lookup;
+use crate::origin::{StorageOrigin, camera_about};
 use crate::prepare::build_geometry;
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -41,7 +43,8 @@ fn measured(scene: &Scene, settings: &Settings, method: &Method, on_row: &mut dy
     if tree.geometry.is_empty() {
         return Err(BenchError::Empty);
     }
-    let rays = camera_rays(&tree.geometry, settings);
+    let origin = StorageOrigin::of::<f32>(scene, &lookup).origin;
+    let rays = camera_rays(&tree.geometry, settings, origin);
     let contest = Contest {
         scan: Contestant { geometry: &scan.geometry, build: scan_build, bytes: scan.geometry.bytes() },
         tree: Contestant { geometry: &tree.geometry, build: tree_build, bytes: tree.geometry.bytes() },
@@ -57,11 +60,11 @@ fn measured(scene: &Scene, settings: &Settings, method: &Method, on_row: &mut dy
     Ok(Given { camera, bounce })
 }
 
-/// Rays through pixel centres, every n-th column and row so that there are not too many.
-fn camera_rays(geometry: &Geometry<f32>, settings: &Settings) -> Vec<Ray<f32>> {
+/// Rays about the geometry's origin through pixel centres, every n-th column and row so that there are not too many.
+fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> Vec<Ray<f32>> {
     let [width, height] = settings.size;
     let aspect = f64::from(width) / f64::from(height);
-    let camera = settings.camera.clone().unwrap_or_else(|| {
+    let camera = settings.camera.as_ref().map(|camera| camera_about(origin, camera)).unwrap_or_else(|| {
         let whole = Silhouette::of_box(&geometry.bounded_part());
         whole.frame(View::USUAL, FIELD_OF_VIEW, aspect)
     });

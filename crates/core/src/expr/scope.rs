@@ -1,6 +1,6 @@
 //! The variables an expression may read at a hit, and which of them exist where.
 
-use raywright_bvh::scalar::Real;
+use raywright_bvh::scalar::{Real, Vector};
 
 /// What an expression may read when it is evaluated at a hit. `t` and the scene's parameters are constants by then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -151,4 +151,14 @@ pub struct Inputs<R: Real> {
     pub occluder_distance: R,
     /// [`Variable::Shadow`].
     pub shadow: R,
+}
+
+impl<R: Real> Inputs<R> {
+    /// The same in doubles.
+    pub fn to_f64(&self) -> Inputs<f64> {
+        let Self { p, n, d, r, l, o, u, v, distance, occluder_distance, shadow } = *self;
+        let [p, n, d, r, l, o] = [p, n, d, r, l, o].map(Vector::to_f64);
+        let [u, v, distance, occluder_distance, shadow] = [u, v, distance, occluder_distance, shadow].map(Real::to_f64);
+        Inputs { p, n, d, r, l, o, u, v, distance, occluder_distance, shadow }
+    }
 }

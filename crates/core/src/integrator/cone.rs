@@ -4,7 +4,6 @@
 //! A cone widens with the length of its path alone. Rough and curved surfaces would widen it more; that is left to samples, since
 //! a level chosen too coarse mixes what lies side by side in an atlas, and one chosen too fine only costs noise.
 
-use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
 
 use super::PathSegment;
@@ -31,7 +30,7 @@ impl<R: Real> Interaction<R> {
         };
         let data = &scene.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
-        let [a, b, c] = corners.map(|i| DVec3::from(data.positions[i].map(f64::from)));
+        let [a, b, c] = corners.map(|i| data.positions.at(i));
         let (own, [x, y, z]) = ((b - a).cross(c - a), mesh.normals_at(scene, leg, hit));
         // The area vector in the world: its map's cofactors are those of normals, times its determinant.
         let area = ((x * own.x + y * own.y + z * own.z) / x.dot(y.cross(z))).length();

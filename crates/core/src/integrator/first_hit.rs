@@ -32,7 +32,7 @@ impl FirstHit {
         Self {
             albedo: albedo.to_f64().to_array(),
             normal: at.normal.to_f64().to_array(),
-            position: at.surface.point.to_f64().to_array(),
+            position: scene.in_world(at.surface.point).to_array(),
             distance: at.distance.to_f64(),
             object: at.object,
             material: at.material,

@@ -66,7 +66,7 @@ impl<R: Real> Prepared<R> {
 /// The way in which the first coordinate grows on a triangle of a mesh, and whether an image is seen mirrored there. Without a
 /// first set it is what [`Interaction`] reads: the weight of the second corner.
 fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
-    let [a, b, c] = corners.map(|i| DVec3::from(data.positions[i].map(f64::from)));
+    let [a, b, c] = corners.map(|i| data.positions.at(i));
     let set = data.uvs.first().filter(|set| !set.is_empty());
     let [p, q, r] = set.map_or([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], |set| corners.map(|i| set[i].map(f64::from)));
     let ([u1, v1], [u2, v2]) = ([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);

@@ -97,7 +97,7 @@ impl<R: Real> Irradiance<R> {
                 }
                 all
             }
-            SkyKind::Expression(_) | SkyKind::Map(_) => summed(sky),
+            SkyKind::Expression(..) | SkyKind::Map(_) => summed(sky),
         };
         // Cosine lobe by band, over π: 1, 2/3, 1/4.
         let band = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];

@@ -45,14 +45,14 @@ pub(super) enum SkyKind<R: Real> {
     None,
     Constant(R::Vec3),
     Gradient(Gradient<R>),
-    /// Of one program.
-    Expression(Programs<R>),
+    /// Of one program, and what origins of rays are counted from.
+    Expression(Programs<R>, R::Vec3),
     Map(Map<R>),
 }
 
-/// The sky of a scene, black where it has none.
+/// The sky of a scene whose coordinates are counted from an origin, black where it has none.
 pub(crate) fn prepare<R: Real>(
-    sky: Option<&SkyData>,
+    (sky, seen_from): (Option<&SkyData>, DVec3),
     lookup: &Lookup<'_>,
     names: &BTreeMap<String, f64>,
 ) -> Result<SkyRadiance<R>, PrepareError> {
@@ -70,7 +70,8 @@ pub(crate) fn prepare<R: Real>(
         }
         Some(SkyData::Expression(ColourInput::Expression(text))) => {
             let failed = |source| PrepareError::Expression { path: "sky.expression".to_owned(), source };
-            SkyKind::Expression(Programs::of(&compile(text, names, Scope::Sky).map_err(failed)?))
+            let programs = Programs::of(&compile(text, names, Scope::Sky).map_err(failed)?);
+            SkyKind::Expression(programs, R::Vec3::from_f64(seen_from))
         }
         Some(SkyData::Expression(ColourInput::Constant(c))) => SkyKind::Constant(v(*c)),
         Some(SkyData::Expression(ColourInput::Texture(_) | ColourInput::Checker(_))) => {
@@ -137,7 +138,7 @@ impl<R: Real> SkyRadiance<R> {
             SkyKind::None => R::Vec3::ZERO,
             SkyKind::Constant(c) => *c,
             SkyKind::Gradient(gradient) => gradient.radiance::<R>(d),
-            SkyKind::Expression(programs) => programs.vector(0, &Inputs::<R> { d, o: origin, ..Inputs::default() }),
+            SkyKind::Expression(programs, zero) => programs.vector(0, &Inputs::<R> { d, o: origin + *zero, ..Inputs::default() }),
             SkyKind::Map(map) => map.radiance(place),
         }
     }

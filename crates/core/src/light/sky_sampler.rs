@@ -64,7 +64,7 @@ impl SkySampler {
                 });
                 Self::lobes(core::iter::once(linear(sum::<R>(*bottom), sum::<R>(*top))).chain(suns))
             }
-            SkyKind::Expression(_) => Some(Self { form: SkyForm::Even, flux: flux_by_quadrature(sky), small: None }),
+            SkyKind::Expression(..) => Some(Self { form: SkyForm::Even, flux: flux_by_quadrature(sky), small: None }),
             SkyKind::Map(map) => {
                 let grid = grid(map, |radiance| radiance)?;
                 Some(Self { flux: grid.flux(), form: SkyForm::Grid(grid), small: None })

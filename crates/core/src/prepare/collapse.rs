@@ -6,8 +6,11 @@ use raywright_bvh::Real;
 
 use crate::affine::affine;
 use crate::generate::places;
+use crate::lookup::Lookup;
 use crate::motion::ends;
+use crate::origin::StorageOrigin;
 use crate::scene::{Generator, Object, Scene, Shape};
+use crate::shape::own_origin;
 use crate::validate::{MOST, Problem, list, no_area};
 
 /// What becomes of a shape that would be nothing.
@@ -61,29 +64,35 @@ fn moved_by(object: &Object) -> Option<DVec3> {
 
 /// Every listed object, and of every generator the first object, of which storing leaves nothing; at most a hundred.
 pub(crate) fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
+    collapsed_about::<R>(scene, StorageOrigin::of::<R>(scene, &Lookup::new(scene)).origin)
+}
+
+/// The same where coordinates are counted from an origin.
+pub(super) fn collapsed_about<R: Real>(scene: &Scene, origin: DVec3) -> Vec<Problem> {
     let objects = scene.objects.iter().enumerate();
-    let listed = objects.filter_map(|(i, object)| listed::<R>(&format!("objects[{i}]"), object));
+    let listed = objects.filter_map(|(i, object)| listed::<R>(&format!("objects[{i}]"), object, origin));
     let generators = scene.generators.iter().enumerate();
-    let generated = generators.filter_map(|(i, generator)| generated::<R>(&format!("generators[{i}].object"), generator));
+    let generated = generators.filter_map(|(i, generator)| generated::<R>(&format!("generators[{i}].object"), generator, origin));
     listed.chain(generated).take(MOST).collect()
 }
 
-fn listed<R: Real>(path: &str, object: &Object) -> Option<Problem> {
-    let offset = moved_by(object).unwrap_or_default();
+fn listed<R: Real>(path: &str, object: &Object, origin: DVec3) -> Option<Problem> {
+    let offset = moved_by(object).map_or_else(|| -own_origin(&object.shape), |offset| offset - origin);
     let loss = loss(&object.shape, offset, rounded::<R>)?;
-    let nearer = loss.far.then_some("move it nearer to the origin");
+    let nearer = loss.far.then_some("move it nearer to the rest of the scene");
     Some(problem::<R>(path, &loss, "", nearer, !collapses(&object.shape, offset, |x| x)))
 }
 
 /// The objects of a generator, each where it lands: the first that is lost is named.
-fn generated<R: Real>(path: &str, generator: &Generator) -> Option<Problem> {
+fn generated<R: Real>(path: &str, generator: &Generator, origin: DVec3) -> Option<Problem> {
     let object = &generator.object;
     let placed = matches!(object.shape, Shape::Box { .. } | Shape::Quad { .. } | Shape::Triangle { .. });
-    let Some(own) = moved_by(object).filter(|_| placed) else { return listed::<R>(path, object) };
+    let Some(own) = moved_by(object).filter(|_| placed) else { return listed::<R>(path, object, origin) };
+    let own = own - origin;
     let lost = |(i, place)| Some((i, place, loss(&object.shape, place + own, rounded::<R>)?));
     let (index, place, loss) = places(&generator.kind).enumerate().find_map(lost)?;
     let which = format!(" of the generator's object {index}, at {}", list(&place.to_array()));
-    let nearer = Some("make it larger, put the generator's places nearer to the origin");
+    let nearer = Some("make it larger, put the generator's places nearer to the rest of the scene");
     Some(problem::<R>(path, &loss, &which, nearer, !collapses(&object.shape, place + own, |x| x)))
 }
 

@@ -6,13 +6,13 @@ use raywright_bvh::{PrimitiveSet, Real, Side, Surface, Vector, Visibility};
 
 use super::error::{PrepareError, go_on};
 use super::geometry::{BLOCK, side_of, triangles};
-use crate::generate::{all, counted};
+use crate::generate::{all_about, counted};
 use crate::interaction::{Interaction, interpolate};
 use crate::light::{EmissionEstimate, EmitterList};
 use crate::lookup::Lookup;
 use crate::observer::Observer;
 use crate::scene::{Colour, MOST_UV_SETS, Material as MaterialData, MeshData, Scene, Shape};
-use crate::shape::any_shape;
+use crate::shape::placed_shape;
 use crate::texture::Sources;
 
 /// Which of them count.
@@ -73,12 +73,12 @@ fn varied_triangles(scene: &Scene, lookup: &Lookup<'_>, wanted: Wanted, observer
     Ok(sum)
 }
 
-/// Finds them, in the order of the scene's objects.
+/// Finds them as they stand about an origin, in the order of the scene's objects.
 ///
 /// # Errors
 /// [`PrepareError::Cancelled`].
 pub(super) fn emitters<R: Real>(
-    scene: &Scene,
+    (scene, origin): (&Scene, DVec3),
     lookup: &Lookup<'_>,
     (materials, sources): (&[super::Material<R>], &Sources<R>),
     wanted: Wanted,
@@ -91,7 +91,7 @@ pub(super) fn emitters<R: Real>(
     let across = across as usize;
     // A generator's objects differ only in their places, which leave the area alone.
     let mut last: Option<(&Shape, DMat3, f64)> = None;
-    for (index, shown) in all(scene).enumerate() {
+    for (index, shown) in all_about(scene, origin).enumerate() {
         if index.is_multiple_of(BLOCK) {
             go_on(observer)?;
         }
@@ -186,12 +186,12 @@ fn shape<R: Real>(
             EmissionEstimate::varied(&found, varied.cut)
         }
     };
-    if map.matrix3 == DMat3::IDENTITY {
-        let shape = any_shape(shape, map.translation)?;
+    let (shape, map) = placed_shape(shape, map)?;
+    let Some(map) = map else {
         let glow = glow(&|[u, v]| Some(shape.sample_area(u, v)?.0.stored::<R>()));
         return Some(list.plain(shape, glow, side, area));
-    }
-    let placed = TransformedShape::new(any_shape(shape, DVec3::ZERO)?, map)?;
+    };
+    let placed = TransformedShape::new(shape, map)?;
     let glow = glow(&|[u, v]| Some(placed.sample_area(u, v)?.0.stored::<R>()));
     Some(list.placed(placed, glow, side, area))
 }
@@ -236,7 +236,7 @@ fn mesh<R: Real>(
 fn quad<R: Real>(triangles: &[Triangle<R>], (data, index, flipped): (&MeshData, usize, bool)) -> Option<Quad<R>> {
     let corners = |index: usize| {
         let [a, b, c] = *data.indices.get(index)?;
-        Some([a, if flipped { c } else { b }, if flipped { b } else { c }].map(|i| data.positions[i as usize]))
+        Some([a, if flipped { c } else { b }, if flipped { b } else { c }].map(|i| data.positions.offsets()[i as usize]))
     };
     let (first, second) = (corners(index)?, corners(index + 1)?);
     let (p, q) = (triangles[index], triangles[index + 1]);

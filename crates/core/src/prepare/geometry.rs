@@ -5,17 +5,18 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 use raywright_bvh::{AcceleratorKind, Geometry, Occlusion, PrimitiveSet, Real, Side, Vector, Visibility};
 
-use super::collapse::{collapsed, collapses, rounded};
+use super::collapse::{collapsed_about, collapses, rounded};
 use super::error::{PrepareError, go_on};
 use crate::extent::Uses;
-use crate::generate::{PlacedObject, all};
+use crate::generate::{PlacedObject, all, all_about};
 use crate::lookup::Lookup;
 use crate::observer::Observer;
+use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Object, Scene, Shape, SideRule};
-use crate::shape::any_shape;
+use crate::shape::{map_about, own_shape, placed_shape};
 
 /// What shading needs of an object.
 #[derive(Clone, Copy, Debug)]
@@ -119,23 +120,24 @@ pub(crate) fn build<R: Real>(
         sets: 0,
         bumpy: false,
     };
-    build_with(scene, lookup, kind, (&materials(scene, lookup)?, &vec![facet; scene.materials.len()]), observer)
+    let origin = StorageOrigin::of::<R>(scene, lookup);
+    build_with((scene, origin), lookup, kind, (&materials(scene, lookup)?, &vec![facet; scene.materials.len()]), observer)
 }
 
-/// Builds everything that can be hit, each object with its material and what geometry asks of that.
+/// Builds everything that can be hit about an origin, each object with its material and what geometry asks of that.
 pub(super) fn build_with<R: Real>(
-    scene: &Scene,
+    (scene, origin): (&Scene, StorageOrigin),
     lookup: &Lookup<'_>,
     kind: AcceleratorKind,
     (materials, facets): (&[u32], &[GeometryNeeds]),
     observer: &dyn Observer,
 ) -> Result<Built<R>, PrepareError> {
-    let problems = collapsed::<R>(scene);
+    let problems = collapsed_about::<R>(scene, origin.origin);
     if !problems.is_empty() {
         return Err(PrepareError::Collapsed { problems });
     }
     let mut builder = GeometryBuilder::<R>::new(scene, lookup, kind, observer);
-    for (index, (shown, &material)) in all(scene).zip(materials).enumerate() {
+    for (index, (shown, &material)) in all_about(scene, origin.origin).zip(materials).enumerate() {
         if index.is_multiple_of(BLOCK) {
             go_on(observer)?;
         }
@@ -157,8 +159,8 @@ struct GeometryBuilder<'a, R: Real> {
     places: HashMap<&'a str, u32>,
     records: Vec<ObjectRecord<R>>,
     lost: Vec<u32>,
-    /// The shape that moves which came last, and the part that shows it.
-    moving: Option<(&'a Object, u32)>,
+    /// The shape that moves which came last, the part that shows it, and what that is counted from.
+    moving: Option<(&'a Object, u32, DVec3)>,
     observer: &'a dyn Observer,
 }
 
@@ -215,6 +217,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         });
         let refused = |source| PrepareError::Geometry { object: index, source };
         let (map, ends) = (shown.map(), shown.ends());
+        let local = data.positions.origin();
         let mut flipped = false;
         let key = (name, shown.object.side);
         if self.uses.share(name, shown.object.side) {
@@ -228,8 +231,8 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
                 }
             };
             let added = match ends {
-                Some(ends) => self.group.moving(part, ends, visibility),
-                None => self.group.instance(part, map, visibility),
+                Some(ends) => self.group.moving(part, ends.map(|end| map_about(end, local)), visibility),
+                None => self.group.instance(part, map_about(map, local), visibility),
             };
             added.map_err(refused)?;
         } else {
@@ -249,7 +252,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
 /// Whether storing leaves nothing of a mesh in its place that is something before. One triangle that stays is enough of an
 /// answer, so few are looked at.
 fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
-    let corner = |i: u32| map.transform_point3(DVec3::from(data.positions[i as usize].map(f64::from))).to_array();
+    let corner = |i: u32| map.transform_point3(data.positions.at(i as usize)).to_array();
     let nothing = |round: fn(f64) -> f64| {
         let mut triangles = data.indices.iter().map(|corners| Shape::Triangle { vertices: corners.map(corner) });
         triangles.all(|triangle| collapses(&triangle, DVec3::ZERO, round))
@@ -257,7 +260,7 @@ fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
     nothing(rounded::<R>) && !nothing(|x| x)
 }
 
-/// Adds the triangles of an object's mesh as one object, mapped where a map is given; a mirroring map turns them over so that
+/// Adds the triangles of an object's mesh as one object, mapped where a map is given, and else as they lie about the mesh's own origin; a mirroring map turns them over so that
 /// outside stays outside.
 ///
 /// # Errors
@@ -272,12 +275,11 @@ pub(super) fn triangles<R: Real>(
 ) -> Result<(), PrepareError> {
     let stays = map.is_some_and(|(map, _)| map == DAffine3::IDENTITY);
     let position = |i: u32| -> R::Vec3 {
-        let p = DVec3::from(data.positions[i as usize].map(f64::from));
         Vector::from_f64(match map {
             // All that such a map would do: it leaves no zero below zero.
-            Some(_) if stays => p + DVec3::ZERO,
-            Some((map, _)) => map.transform_point3(p),
-            None => p,
+            Some(_) if stays => data.positions.at(i as usize) + DVec3::ZERO,
+            Some((map, _)) => map.transform_point3(data.positions.at(i as usize)),
+            None => DVec3::from(data.positions.offsets()[i as usize].map(f64::from)),
         })
     };
     let flipped = map.is_some_and(|(_, flipped)| flipped);
@@ -302,11 +304,11 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         shown: &PlacedObject<'_>,
         visibility: Visibility,
     ) -> Result<(), PrepareError> {
-        let map = shown.map();
-        let moved_only = map.matrix3 == DMat3::IDENTITY;
-        let offset = if moved_only { map.translation } else { DVec3::ZERO };
-        let Some(shape) = any_shape(shape, offset) else { return Ok(()) };
-        let added = if moved_only { self.group.shape(shape, visibility) } else { self.group.placed(shape, map, visibility) };
+        let added = match placed_shape(shape, shown.map()) {
+            Some((shape, None)) => self.group.shape(shape, visibility),
+            Some((shape, Some(map))) => self.group.placed(shape, map, visibility),
+            None => return Ok(()),
+        };
         added.map(drop).map_err(|source| PrepareError::Geometry { object: index, source })
     }
 
@@ -323,18 +325,18 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         visibility: Visibility,
     ) -> Result<(), PrepareError> {
         let refused = |source| PrepareError::Geometry { object: index, source };
-        let part = match self.moving {
-            Some((last, part)) if core::ptr::eq(last, object) => part,
+        let (part, local) = match self.moving {
+            Some((last, part, local)) if core::ptr::eq(last, object) => (part, local),
             _ => {
-                let Some(shape) = any_shape(shape, DVec3::ZERO) else { return Ok(()) };
+                let Some((shape, local)) = own_shape(shape) else { return Ok(()) };
                 let mut alone = PrimitiveSet::default();
                 alone.shape(shape, visibility).map_err(refused)?;
                 let part = self.group.part(Geometry::new(alone, self.kind)).map_err(refused)?;
-                self.moving = Some((object, part));
-                part
+                self.moving = Some((object, part, local));
+                (part, local)
             }
         };
-        self.group.moving(part, ends, visibility).map(drop).map_err(refused)
+        self.group.moving(part, ends.map(|end| map_about(end, local)), visibility).map(drop).map_err(refused)
     }
 }
 

@@ -3,13 +3,14 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
+use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
 use super::error::PrepareError;
 use crate::expr::{Programs, Scope, Variable, compile};
 use crate::lookup::Lookup;
 use crate::scene::{ColourSpace, Filter, ImageData, Input as InputData, TextureRef, Value, Weight};
-use crate::texture::{Codes, Input, Product, Sampler, Sources, TextureUse, pyramid};
+use crate::texture::{Codes, FarPrograms, Input, Product, Sampler, Sources, TextureUse, pyramid};
 
 /// What the inputs of a material read.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,9 +39,11 @@ pub(super) struct Compiler<'a, R: Real> {
 }
 
 impl<'a, R: Real> Compiler<'a, R> {
-    pub fn new(names: &'a BTreeMap<String, f64>, lookup: &'a Lookup<'a>) -> Self {
+    /// For points that are counted from an origin.
+    pub fn new(names: &'a BTreeMap<String, f64>, lookup: &'a Lookup<'a>, origin: DVec3) -> Self {
         let sources = Sources {
             programs: Programs::default(),
+            far: (origin != DVec3::ZERO).then(|| Box::new(FarPrograms { origin, programs: Programs::default() })),
             textures: Vec::new(),
             of_materials: Vec::new(),
             images: Vec::new(),
@@ -62,6 +65,7 @@ impl<'a, R: Real> Compiler<'a, R> {
     fn program(&mut self, text: &str, scope: Scope, field: &str) -> Result<Input<R>, PrepareError> {
         let failed = |source| PrepareError::Expression { path: format!("{}.{field}", self.path), source };
         let program = compile(text, self.names, scope).map_err(failed)?;
+        self.sources.far.iter_mut().for_each(|far| _ = far.programs.add(&program));
         let program = self.sources.programs.add(&program);
         self.reads.expressions = true;
         self.reads.coordinates |=

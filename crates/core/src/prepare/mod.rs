@@ -24,6 +24,7 @@ use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, Strate
 use crate::lookup::Lookup;
 use crate::motion::{simulated_camera, simulated_scene};
 use crate::observer::Observer;
+use crate::origin::{StorageOrigin, camera_about, light_about};
 use crate::scene::{self, Integrator, Scene, ShadowRule, Sky, Studio};
 use crate::settings::{AreaShadows, Background, LightSampling, Microfacets, Settings};
 
@@ -71,7 +72,8 @@ impl<R: Real> Prepared<R> {
         let compensates = settings.microfacets == Microfacets::Compensated;
         let (without, fresnel) = (settings.without, settings.fresnel);
         let mut context = material::Context { layers: Vec::new(), paths, without, fresnel, compensates };
-        let mut inputs = inputs::Compiler::new(&names, &lookup);
+        let origin = StorageOrigin::of::<R>(scene, &lookup);
+        let mut inputs = inputs::Compiler::new(&names, &lookup, origin.origin);
         let mut materials = Vec::with_capacity(scene.materials.len());
         let mut reads_coordinates = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
@@ -90,7 +92,7 @@ impl<R: Real> Prepared<R> {
         settings.filter.draws();
         let hard_shadows = settings.area_shadows == AreaShadows::Hard;
         let facets = facets(scene, (&materials, &context.layers), &reads_coordinates, (paths, hard_shadows));
-        let mut built = geometry::build_with::<R>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
+        let mut built = geometry::build_with::<R>((scene, origin), &lookup, settings.accelerator, (&shown, &facets), observer)?;
         go_on(observer)?;
         let tangents = tangents::make(scene, &mut built, observer)?;
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
@@ -100,9 +102,10 @@ impl<R: Real> Prepared<R> {
             silhouette.frame(silhouette.front(), FIELD_OF_VIEW, aspect)
         };
         let view = simulated_camera(settings.camera.clone().unwrap_or_else(framed), simulated);
+        let view = camera_about(origin.origin, &view);
         let studio = studio_of(scene);
         let lit_by = studio.map(|studio| crate::studio::lights(&studio, &view));
-        let sky = prepare_sky::<R>(lit_by.as_ref().or(scene.sky.as_ref()), &lookup, &names)?;
+        let sky = prepare_sky::<R>((lit_by.as_ref().or(scene.sky.as_ref()), origin.origin), &lookup, &names)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
         let irradiance = (simulated.has(Effect::SkyLight) && !paths && !sky.is_black()).then(|| Irradiance::new(&sky));
@@ -112,12 +115,13 @@ impl<R: Real> Prepared<R> {
             read: paths,
         };
         let emitters = if wanted.even || wanted.varied {
-            emitters::emitters::<R>(scene, &lookup, (&materials, &inputs.sources), wanted, observer)?
+            emitters::emitters::<R>((scene, origin.origin), &lookup, (&materials, &inputs.sources), wanted, observer)?
         } else {
             EmitterList::default()
         };
         // A light that shows on nothing is not built: no loop turns for it.
-        let delta = if lit { scene.lights.iter().map(|l| DeltaLight::new(l, casters)).collect() } else { Vec::new() };
+        let placed = scene.lights.iter().map(|light| light_about(origin.origin, light));
+        let delta = if lit { placed.map(|light| DeltaLight::new(&light, casters)).collect() } else { Vec::new() };
         let mut lights = Lights::new(delta, Emitters::new(emitters), sky, &built.geometry.bounded_part());
         if paths {
             lights.emitters.strategy = Strategy::SolidAngle;
@@ -143,6 +147,7 @@ impl<R: Real> Prepared<R> {
             meshes: built.meshes,
             objects: built.objects,
             lost: built.lost,
+            origin,
             absorbs,
             tracks_media: absorbs || !priorities.is_empty(),
             lets_straight: paths && (!priorities.is_empty() || materials.iter().any(Material::is_wall)),
@@ -177,11 +182,11 @@ impl<R: Real> Prepared<R> {
     /// go with the camera can't be made.
     #[must_use]
     pub(crate) fn turn_to(&mut self, scene: &Scene, settings: &Settings, view: &scene::Camera, simulated: EffectSet) -> bool {
-        let view = simulated_camera(view.clone(), simulated);
+        let view = camera_about(self.origin.origin, &simulated_camera(view.clone(), simulated));
         let studio = studio_of(scene);
         let lit_by = studio.map(|studio| crate::studio::lights(&studio, &view));
-        let sky = lit_by.map(|lit_by| prepare_sky::<R>(Some(&lit_by), &Lookup::new(scene), &names(scene))).transpose();
-        let Ok(sky) = sky else { return false };
+        let prepared = |lit_by| prepare_sky::<R>((Some(&lit_by), self.origin.origin), &Lookup::new(scene), &names(scene));
+        let Ok(sky) = lit_by.map(prepared).transpose() else { return false };
         self.camera = Camera::towards(&view, settings.size, &self.geometry.bounded_part());
         self.cone = self.cone.is_some().then(|| self.camera.cone());
         let (Some(studio), Some(sky)) = (studio, sky) else { return true };

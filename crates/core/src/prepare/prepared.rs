@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use raywright_bvh::{Geometry, Real};
+use glam::DVec3;
+use raywright_bvh::{Geometry, Real, Vector};
 
 use super::geometry::ObjectRecord;
 use super::material::{LayeredInputs, Material};
@@ -11,6 +12,7 @@ use super::tangents::Corners;
 use crate::camera::{Camera, Cone};
 use crate::light::{Irradiance, LightId, LightUsage, Lights};
 use crate::memory::Memory;
+use crate::origin::StorageOrigin;
 use crate::scene::{ClassicRules, DepthLimit, ImageData, MeshData, OffsetDirection, ShadowRule, SpawnRule};
 use crate::settings::{LightSampling, Roulette};
 use crate::texture::Sources;
@@ -105,6 +107,8 @@ pub struct Prepared<R: Real> {
     pub(crate) veil: R::Vec3,
     /// Objects of whose mesh storing leaves nothing, ascending.
     pub(crate) lost: Vec<u32>,
+    /// What all coordinates are counted from.
+    pub(crate) origin: StorageOrigin,
     /// Bytes of geometry and accelerators, shared geometry counted once.
     pub(super) geometry_bytes: usize,
 }
@@ -148,6 +152,13 @@ impl<R: Real> Prepared<R> {
     #[inline(always)]
     pub(crate) fn casts_hard(&self, emitter: u32) -> bool {
         self.hard_shadows && !self.lights.emitters.varies(emitter)
+    }
+
+    /// A point in the file's own coordinates.
+    #[inline]
+    pub(crate) fn in_world(&self, point: R::Vec3) -> DVec3 {
+        let stored = point.to_f64();
+        if self.origin.origin == DVec3::ZERO { stored } else { stored + self.origin.origin }
     }
 
     /// What it takes, without the film.

@@ -62,7 +62,7 @@ pub(super) fn make<R: Real>(scene: &Scene, built: &mut Built<R>, observer: &dyn 
 
 /// The tangents of one mesh.
 fn corners(data: &MeshData, (set, map): TangentSource) -> Corners {
-    let largest = data.positions.as_flattened().iter().fold(0.0_f32, |largest, x| largest.max(x.abs()));
+    let largest = data.positions.offsets().as_flattened().iter().fold(0.0_f32, |largest, x| largest.max(x.abs()));
     // A power of two keeps every digit, and products of edges within what single precision can hold.
     let exponent = if largest > 0.0 { libm::ilogbf(largest) } else { 0 };
     let mut mesh = Faces {
@@ -112,7 +112,7 @@ impl Geometry<Portable> for Faces<'_> {
         3
     }
     fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.data.positions[self.vertex(face, corner)].map(|x| (f64::from(x) * self.scale) as f32)
+        self.data.positions.offsets()[self.vertex(face, corner)].map(|x| (f64::from(x) * self.scale) as f32)
     }
     fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
         match self.data.normals.get(self.vertex(face, corner)) {

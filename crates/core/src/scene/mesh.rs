@@ -5,6 +5,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Positions;
+
 /// Sets of texture coordinates that a mesh may have.
 pub const MOST_UV_SETS: usize = 8;
 
@@ -41,12 +43,12 @@ pub enum MeshSource {
     File(String),
 }
 
-/// The arrays of a mesh. Single precision, as the files that meshes come from; transforms are applied in doubles.
+/// The arrays of a mesh. Transforms are applied in doubles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshData {
     /// Vertex positions in the mesh's own space.
-    pub positions: Vec<[f32; 3]>,
+    pub positions: Positions,
     /// Three vertex indices a triangle; counter-clockwise seen from outside.
     pub indices: Vec<[u32; 3]>,
     /// Shading normals a vertex; empty: flat facets.
@@ -63,7 +65,7 @@ pub struct MeshData {
 impl MeshData {
     /// Bytes that the arrays take.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.positions.as_slice())
+        size_of_val(self.positions.offsets())
             + size_of_val(self.indices.as_slice())
             + size_of_val(self.normals.as_slice())
             + size_of_val(self.tangents.as_slice())

@@ -15,6 +15,7 @@ mod material;
 mod mesh;
 mod model;
 mod object;
+mod positions;
 mod render;
 
 pub use camera::{Camera, Pinhole, Pose, Projection};
@@ -29,6 +30,7 @@ pub use mesh::{
 };
 pub use model::ModelFile;
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};
+pub use positions::{Positions, origin_near};
 pub use render::{
     ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, Pattern, Render, ShadowRule, SpawnRule, ToneMap,
     TransferCurve,

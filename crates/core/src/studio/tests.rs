@@ -55,7 +55,11 @@ fn white_is_bright_and_nowhere_clipped() {
     let camera = camera(look([0.0, 1.0, 5.0], [0.0, 1.0, 0.0]));
     let scene = crate::Scene::default();
     let sky = lights(&Studio::default(), &camera);
-    let sky = crate::light::prepare_sky::<f64>(Some(&sky), &crate::Lookup::new(&scene), &std::collections::BTreeMap::new());
+    let sky = crate::light::prepare_sky::<f64>(
+        (Some(&sky), DVec3::ZERO),
+        &crate::Lookup::new(&scene),
+        &std::collections::BTreeMap::new(),
+    );
     let irradiance = crate::light::Irradiance::new(&sky.expect("a gradient"));
     let at = |x: f64, y: f64, z: f64| irradiance.at(DVec3::new(x, y, z).normalize()).x;
     let front = at(0.0, 0.0, 1.0);

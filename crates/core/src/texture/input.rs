@@ -5,10 +5,11 @@ use core::cell::Cell;
 use core::ops::Range;
 use std::sync::Arc;
 
+use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
 use super::sampler::{Codes, Footprint, Place, Sampler};
-use crate::expr::{Programs, Variable};
+use crate::expr::{Inputs, Programs, Variable};
 use crate::interaction::{Beam, Interaction};
 use crate::scene::{Channel, ImageData};
 
@@ -16,6 +17,8 @@ use crate::scene::{Channel, ImageData};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sources<R: Real> {
     pub programs: Programs<R>,
+    /// Of a scene whose coordinates are counted from an origin.
+    pub far: Option<Box<FarPrograms>>,
     pub textures: Vec<TextureUse<R>>,
     /// Which of them each material reads.
     pub of_materials: Vec<Range<u32>>,
@@ -24,6 +27,15 @@ pub(crate) struct Sources<R: Real> {
     /// Mip maps of images, for each colour space in which one is read with them; empty where no texture asks for any.
     pub pyramids: Vec<Vec<ImageData>>,
     pub codes: Codes<R>,
+}
+
+/// Programs of a scene far from zero: they see the world's coordinates, which take doubles there.
+#[derive(Clone, Debug)]
+pub(crate) struct FarPrograms {
+    /// What stored coordinates are counted from.
+    pub origin: DVec3,
+    /// The scene's programs by the same indices.
+    pub programs: Programs<f64>,
 }
 
 /// A use of a texture.
@@ -136,6 +148,35 @@ pub(crate) struct ShadingContext<'a, R: Real> {
 }
 
 impl<R: Real> ShadingContext<'_, R> {
+    /// The value of a program as a vector; a number in every component.
+    #[inline(always)]
+    fn run(&self, program: u32) -> R::Vec3 {
+        match &self.sources.far {
+            None => self.sources.programs.vector(program, &self.at.inputs(&self.beam)),
+            Some(far) => self.run_far(far, program),
+        }
+    }
+
+    #[inline(never)]
+    fn run_far(&self, far: &FarPrograms, program: u32) -> R::Vec3 {
+        let near = self.at.inputs(&self.beam).to_f64();
+        let inputs = Inputs::<f64> { p: near.p + far.origin, o: near.o + far.origin, ..near };
+        R::Vec3::from_f64(far.programs.vector(program, &inputs))
+    }
+
+    /// Whether the point lies in an odd cell of a pattern in the world's x and z.
+    #[inline(always)]
+    fn is_odd_cell(&self, frequency: R) -> bool {
+        let p = self.at.surface.point;
+        match &self.sources.far {
+            None => is_odd_cell([p.x(), p.z()], frequency),
+            Some(far) => {
+                let p = p.to_f64() + far.origin;
+                is_odd_cell([p.x, p.z], frequency.to_f64())
+            }
+        }
+    }
+
     fn texel(&self, texture: u32) -> [R; 4] {
         match self.last.get() {
             Some((last, texel)) if last == texture => texel,
@@ -170,8 +211,14 @@ impl<R: Real> Input<R> {
     pub fn colour(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
         match *self {
             Self::Constant(c) => c,
-            Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point),
-            Self::Program(program) => clamp_negative::<R>(here.sources.programs.vector(program, &here.at.inputs(&here.beam))),
+            Self::Checker { even, odd, frequency } => {
+                if here.is_odd_cell(frequency) {
+                    odd
+                } else {
+                    even
+                }
+            }
+            Self::Program(program) => clamp_negative::<R>(here.run(program)),
             Self::Texture(texture, None) => {
                 let [r, g, b, _] = here.texel(texture);
                 R::Vec3::new(r, g, b)
@@ -185,7 +232,13 @@ impl<R: Real> Input<R> {
     pub fn number(&self, here: &ShadingContext<'_, R>) -> R {
         match *self {
             Self::Constant(c) => c.x(),
-            Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point).x(),
+            Self::Checker { even, odd, frequency } => {
+                if here.is_odd_cell(frequency) {
+                    odd.x()
+                } else {
+                    even.x()
+                }
+            }
             Self::Program(_) => zero_if_negative(self.coordinate(here)),
             Self::Texture(texture, channel) => here.texel(texture)[channel.unwrap_or(Channel::Red) as usize],
         }
@@ -195,7 +248,7 @@ impl<R: Real> Input<R> {
     #[inline(always)]
     fn coordinate(&self, here: &ShadingContext<'_, R>) -> R {
         match *self {
-            Self::Program(program) => here.sources.programs.scalar(program, &here.at.inputs(&here.beam)),
+            Self::Program(program) => here.run(program).x(),
             _ => self.number(here),
         }
     }
@@ -231,10 +284,10 @@ fn zero_if_negative<R: Real>(x: R) -> R {
     if x < R::ZERO { R::ZERO } else { x }
 }
 
-fn checker<R: Real>(even: R::Vec3, odd: R::Vec3, frequency: R, p: R::Vec3) -> R::Vec3 {
-    let cell = (p.x() * frequency).floor() + (p.z() * frequency).floor();
+fn is_odd_cell<R: Real>([x, z]: [R; 2], frequency: R) -> bool {
+    let cell = (x * frequency).floor() + (z * frequency).floor();
     let half = cell * R::from_f64(0.5);
-    if half.floor() == half { even } else { odd }
+    half.floor() != half
 }
 
 /// An input, and the image of a key of its own that multiplies it.

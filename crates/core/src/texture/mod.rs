@@ -5,5 +5,5 @@ mod input;
 pub(crate) mod pyramid;
 mod sampler;
 
-pub(crate) use input::{Bump, Input, Product, ShadingContext, Sources, TextureUse};
+pub(crate) use input::{Bump, FarPrograms, Input, Product, ShadingContext, Sources, TextureUse};
 pub(crate) use sampler::{Codes, Place, Sampler, decoded};

@@ -66,8 +66,7 @@ pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
 pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
     let vertices = data.positions.len();
     let mut problems = Vec::new();
-    let far = FARTHEST as f32;
-    if let Some(i) = data.positions.iter().position(|p| !p.iter().all(|x| x.abs() <= far)) {
+    if let Some(i) = data.positions.iter().position(|p| !p.to_array().iter().all(|x| x.abs() <= FARTHEST)) {
         let message = format!("every position must be finite and within {FARTHEST:e} of the origin on each axis");
         problems.push((format!("positions[{i}]"), message));
     }

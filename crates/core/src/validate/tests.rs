@@ -51,7 +51,7 @@ fn sound() -> Scene {
 
 fn leaf() -> MeshData {
     MeshData {
-        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        positions: vec![[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into(),
         indices: vec![[0, 1, 2]],
         normals: vec![[0.0, 0.0, 1.0]; 3],
         tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3],
@@ -401,8 +401,8 @@ fn mesh_arrays_are_finite_and_fit_each_other() {
         problem(|mesh| mesh.indices[0][2] = 3)
             .starts_with("indices[0]: this triangle names a vertex that does not exist: there are 3")
     );
-    assert!(problem(|mesh| mesh.positions[1][0] = f32::NAN).starts_with("positions[1]: "));
-    assert!(problem(|mesh| mesh.positions[2][0] = f32::INFINITY).starts_with("positions[2]: "));
+    assert!(problem(|mesh| mesh.positions.offsets_mut()[1][0] = f32::NAN).starts_with("positions[1]: "));
+    assert!(problem(|mesh| mesh.positions.offsets_mut()[2][0] = f32::INFINITY).starts_with("positions[2]: "));
     assert!(
         problem(|mesh| mesh.normals.truncate(2))
             .starts_with("normals: `normals` must have one entry for each of the 3 positions, not 2")

@@ -45,7 +45,8 @@ impl<'a> Import<'a> {
         self.work.done(elements(self.document, primitive)[1]);
         let (vertices, indices) = used_vertices(corners, positions.count());
         self.budget.memory(vertices.len(), size_of::<[f32; 3]>() * 2 + size_of::<[f32; 4]>())?;
-        let mut data = MeshData { positions: vertices.gather(|v| positions.vector(v)), indices, ..MeshData::default() };
+        let mut data =
+            MeshData { positions: vertices.gather(|v| positions.vector::<3>(v)).into(), indices, ..MeshData::default() };
         let mut moving = Moving::default();
         if let Some(normals) = self.vertex_attribute(primitive, "NORMAL", &[3], &positions)? {
             data.normals = vertices.gather(|v| normals.vector(v));
@@ -56,7 +57,7 @@ impl<'a> Import<'a> {
             moving.positions = vectors(&positions, &vertices);
             self.deform(primitive, pose, &vertices, positions.count(), &mut moving)?;
             let single = |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
-            (data.positions, data.normals) = (single(moving.positions), single(moving.normals));
+            (data.positions, data.normals) = (moving.positions.into(), single(moving.normals));
             if pose.mirrored {
                 data.indices.iter_mut().for_each(|[_, b, c]| core::mem::swap(b, c));
                 data.normals.as_flattened_mut().iter_mut().for_each(|c| *c = -*c);

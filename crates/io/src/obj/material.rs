@@ -48,7 +48,7 @@ pub(super) fn convert(source: &tobj::Material, textures: &mut Textures, scene: &
     out.base_colour_texture = texture(source.diffuse_texture.as_deref(), ColourSpace::Srgb);
     out.emission_texture = texture(unknown("map_Ke"), ColourSpace::Srgb);
     let emission = source.emissive.unwrap_or(if out.emission_texture.is_some() { [1.0; 3] } else { [0.0; 3] });
-    out.emission = Colour(emission.map(|c| if c.is_finite() { f64::from(c).max(0.0) } else { 0.0 })).into();
+    out.emission = Colour(emission.map(|c| if c.is_finite() { single(c).max(0.0) } else { 0.0 })).into();
     for (key, image, input) in [("Pr", "map_Pr", &mut out.roughness), ("Pm", "map_Pm", &mut out.metallic)] {
         let value = unknown(key).and_then(parsed).map(unit);
         match texture(unknown(image), ColourSpace::Linear) {
@@ -79,9 +79,14 @@ pub(super) fn convert(source: &tobj::Material, textures: &mut Textures, scene: &
     out
 }
 
+/// A number of a material: seven digits of it count.
+fn single(value: f64) -> f64 {
+    f64::from(value as f32)
+}
+
 /// Colour and lobes, by the table above.
 fn surface(source: &tobj::Material) -> Physical {
-    let rgb = |colour: Option<[f32; 3]>, missing: f64| colour.map_or([missing; 3], |c| c.map(|c| unit(f64::from(c))));
+    let rgb = |colour: Option<[f64; 3]>, missing: f64| colour.map_or([missing; 3], |c| c.map(|c| unit(single(c))));
     let diffuse = rgb(source.diffuse, if source.diffuse_texture.is_some() { 1.0 } else { 0.8 });
     let specular = rgb(source.specular, 0.0);
     let filter = source.unknown_param.get("Tf").map(|text| {
@@ -89,8 +94,8 @@ fn surface(source: &tobj::Material) -> Physical {
         [0; 3].map(|_| unit(numbers.next().unwrap_or(1.0)))
     });
     let black = |c: [f64; 3]| c.iter().all(|&c| c == 0.0);
-    let index = source.optical_density.map(f64::from).filter(|n| n.is_finite() && *n >= 1.0);
-    let rough = source.shininess.map_or(1.0, |n| roughness(f64::from(n)));
+    let index = source.optical_density.map(single).filter(|n| n.is_finite() && *n >= 1.0);
+    let rough = source.shininess.map_or(1.0, |n| roughness(single(n)));
     let illum = source.illumination_model.unwrap_or(2);
     let clear = filter.is_some_and(|tint| !black(tint)) || source.dissolve.is_some_and(|d| d < 1.0);
     let of = |colour: [f64; 3]| Physical { base_colour: Colour(colour).into(), ..Physical::default() };
@@ -139,7 +144,7 @@ fn layers(source: &tobj::Material, out: &mut Physical) {
 /// `d`, or 1 − `Tr` where that is all there is.
 fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     if let Some(dissolve) = source.dissolve {
-        return unit(f64::from(dissolve));
+        return unit(single(dissolve));
     }
     match source.unknown_param.get("Tr").and_then(|text| parsed(text)) {
         // Old exporters wrote Tr for d: nobody describes what can't be seen.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
-use raywright_core::scene::MeshData;
+use raywright_core::scene::{MeshData, Positions, origin_near};
 
 use super::survey::{Run, Shading};
 use crate::import::{Fault, Outcome};
@@ -18,7 +18,7 @@ pub(super) struct Part {
     pub data: MeshData,
 }
 
-/// A place, by the bits of its coordinates: vertices that differ in texture coordinates only share a smooth normal.
+/// A place, by the bits of its stored coordinates: vertices that differ in texture coordinates only share a smooth normal.
 type Place = (u32, [u32; 3]);
 
 /// Makes the meshes of all runs.
@@ -28,9 +28,11 @@ type Place = (u32, [u32; 3]);
 pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>> {
     let models: Vec<(Run, tobj::Mesh)> =
         models.into_iter().filter_map(|model| Some((*runs.get(model.name.parse::<usize>().ok()?)?, model.mesh))).collect();
-    let normals = smooth_normals(&models);
+    let coordinates = models.iter().flat_map(|(_, mesh)| mesh.positions.as_chunks::<3>().0);
+    let origin = origin_near(coordinates.map(|&p| p.into()));
+    let normals = smooth_normals(&models, origin);
     // Some programs count colours to 255.
-    let bytes = models.iter().flat_map(|(_, mesh)| &mesh.vertex_color).any(|&c| c > 1.0);
+    let bytes = models.iter().flat_map(|(_, mesh)| &mesh.vertex_color).any(|&c| c as f32 > 1.0);
     let scale = if bytes { 1.0 / 255.0 } else { 1.0 };
     let mut clipper = Clipper::default();
     let mut parts: Vec<Part> = Vec::new();
@@ -39,11 +41,14 @@ pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>
         let next = parts.len();
         let number = *numbers.entry((run.material, run.shading == Shading::Flat)).or_insert(next);
         if number == next {
-            parts.push(Part { material: run.material, data: MeshData::default() });
+            parts.push(Part {
+                material: run.material,
+                data: MeshData { positions: Positions::about(origin), ..MeshData::default() },
+            });
         }
         if let Some(part) = parts.get_mut(number) {
-            append_vertices(&mut part.data, run, mesh, &normals, scale)?;
-            append_triangles(&mut part.data, mesh, &mut clipper)?;
+            append_vertices(&mut part.data, run, (mesh, origin), &normals, scale)?;
+            append_triangles(&mut part.data, (mesh, origin), &mut clipper)?;
         }
     }
     Ok(parts)
@@ -62,12 +67,17 @@ fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
     })
 }
 
-fn position(mesh: &tobj::Mesh, vertex: u32) -> [f32; 3] {
-    triple(&mesh.positions, vertex as usize)
+fn position(mesh: &tobj::Mesh, origin: DVec3, vertex: u32) -> [f32; 3] {
+    (DVec3::from(triple(&mesh.positions, vertex as usize)) - origin).as_vec3().to_array()
 }
 
-fn triple(values: &[f32], i: usize) -> [f32; 3] {
+fn triple(values: &[f64], i: usize) -> [f64; 3] {
     values.get(3 * i..).and_then(|rest| rest.first_chunk()).copied().unwrap_or_default()
+}
+
+/// The values in single precision.
+fn single(values: [f64; 3]) -> [f32; 3] {
+    values.map(|value| value as f32)
 }
 
 fn double(p: [f32; 3]) -> DVec3 {
@@ -80,18 +90,18 @@ fn place(group: u32, p: [f32; 3]) -> Place {
 }
 
 /// For each smoothing group and place the sum of the polygons' normals, weighted by area.
-fn smooth_normals(models: &[(Run, tobj::Mesh)]) -> HashMap<Place, DVec3> {
+fn smooth_normals(models: &[(Run, tobj::Mesh)], origin: DVec3) -> HashMap<Place, DVec3> {
     let mut sums = HashMap::new();
     let mut points = Vec::new();
     for (run, mesh) in models {
         let Shading::Group(group) = run.shading else { continue };
         for face in polygons(mesh) {
             points.clear();
-            points.extend(face.iter().map(|&vertex| double(position(mesh, vertex))));
+            points.extend(face.iter().map(|&vertex| double(position(mesh, origin, vertex))));
             let normal = polygon::normal(&points);
             if normal.is_finite() {
                 for &vertex in face {
-                    *sums.entry(place(group, position(mesh, vertex))).or_insert(DVec3::ZERO) += normal;
+                    *sums.entry(place(group, position(mesh, origin, vertex))).or_insert(DVec3::ZERO) += normal;
                 }
             }
         }
@@ -100,36 +110,43 @@ fn smooth_normals(models: &[(Run, tobj::Mesh)]) -> HashMap<Place, DVec3> {
 }
 
 /// Adds a run's vertices to a mesh.
-fn append_vertices(out: &mut MeshData, run: &Run, mesh: &tobj::Mesh, normals: &HashMap<Place, DVec3>, scale: f32) -> Outcome<()> {
+fn append_vertices(
+    out: &mut MeshData,
+    run: &Run,
+    (mesh, origin): (&tobj::Mesh, DVec3),
+    normals: &HashMap<Place, DVec3>,
+    scale: f32,
+) -> Outcome<()> {
     let before = out.positions.len();
     let count = mesh.positions.len() / 3;
     if u32::try_from(before + count).is_err() {
         return Err(Fault::limit("has more than 4294967295 vertices"));
     }
-    out.positions.extend((0..count).map(|i| triple(&mesh.positions, i)));
+    let vertices = || (0..count as u32).map(|vertex| position(mesh, origin, vertex));
+    out.positions.extend(vertices());
     match run.shading {
         Shading::Flat => {}
-        Shading::Given => out.normals.extend((0..count).map(|i| triple(&mesh.normals, i))),
-        Shading::Group(group) => out.normals.extend((0..count).map(|i| {
-            let sum = normals.get(&place(group, triple(&mesh.positions, i))).copied().unwrap_or_default();
+        Shading::Given => out.normals.extend((0..count).map(|i| single(triple(&mesh.normals, i)))),
+        Shading::Group(group) => out.normals.extend(vertices().map(|p| {
+            let sum = normals.get(&place(group, p)).copied().unwrap_or_default();
             sum.normalize_or_zero().as_vec3().to_array()
         })),
     }
     append_uvs(out, run, mesh, before, count);
     if !mesh.vertex_color.is_empty() {
-        out.colours.extend((0..count).map(|i| painted(triple(&mesh.vertex_color, i).map(|c| c * scale))));
+        out.colours.extend((0..count).map(|i| painted(single(triple(&mesh.vertex_color, i)).map(|c| c * scale))));
     }
     Ok(())
 }
 
 /// Adds the triangles of a run whose vertices were added last.
-fn append_triangles(out: &mut MeshData, mesh: &tobj::Mesh, clipper: &mut Clipper) -> Outcome<()> {
+fn append_triangles(out: &mut MeshData, (mesh, origin): (&tobj::Mesh, DVec3), clipper: &mut Clipper) -> Outcome<()> {
     // The count was checked when the vertices were added.
     let offset = (out.positions.len() - mesh.positions.len() / 3) as u32;
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
     for face in polygons(mesh) {
         points.clear();
-        points.extend(face.iter().map(|&vertex| double(position(mesh, vertex))));
+        points.extend(face.iter().map(|&vertex| double(position(mesh, origin, vertex))));
         triangles.clear();
         clipper.triangulate(&points, &mut triangles)?;
         let vertex = |corner: usize| face.get(corner).map_or(offset, |&vertex| vertex + offset);
@@ -146,7 +163,7 @@ fn append_uvs(out: &mut MeshData, run: &Run, mesh: &tobj::Mesh, before: usize, c
     let Some(set) = out.uvs.first_mut() else { return };
     let uv = |i: usize| match mesh.texcoords.get(2 * i..).and_then(|rest| rest.first_chunk()) {
         // The format counts v from the bottom row, a scene from the top.
-        Some(&[u, v]) if run.textured && u.is_finite() && v.is_finite() => [u, 1.0 - v],
+        Some(&[u, v]) if run.textured && u.is_finite() && v.is_finite() => [u as f32, 1.0 - v as f32],
         _ => [0.0; 2],
     };
     set.extend((0..count).map(uv));

@@ -82,7 +82,7 @@ pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -
     let (totals, coloured, corners) = count(text);
     // The text once more, what tobj keeps of a vertex and of a corner, and what becomes of it.
     budget.memory(text.len(), 2)?;
-    budget.memory(totals.iter().sum::<usize>(), 32)?;
+    budget.memory(totals.iter().sum::<usize>(), 48)?;
     budget.memory(corners, 128)?;
     budget.triangles(corners)?;
     let mut walk = Walk {

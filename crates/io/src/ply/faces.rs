@@ -1,6 +1,6 @@
 //! The faces of a PLY file: polygons and strips of triangles, and what is said of a face alone.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use raywright_core::scene::MeshData;
 
 use super::header::{Element, Property};
@@ -191,6 +191,7 @@ impl Faces {
         if !apart {
             let PlyVertices { positions, normals, uvs, colours } = vertices;
             let uvs = if uvs.is_empty() { Vec::new() } else { vec![uvs] };
+            let positions = positions.into();
             return Ok((MeshData { positions, normals, uvs, colours, indices, ..MeshData::default() }, numbers));
         }
         Ok((self.apart(&vertices, indices, budget)?, numbers))
@@ -201,7 +202,10 @@ impl Faces {
         if u32::try_from(self.corners.len()).is_err() {
             return Err(Fault::limit("has more than 4294967295 corners"));
         }
-        budget.memory(self.corners.len(), 2 * size_of::<[f32; 3]>() + size_of::<[f32; 2]>() + size_of::<[f32; 4]>())?;
+        budget.memory(
+            self.corners.len(),
+            2 * size_of::<[f32; 3]>() + size_of::<[f64; 3]>() + size_of::<[f32; 2]>() + size_of::<[f32; 4]>(),
+        )?;
         fn each<T: Copy>(corners: &[u32], of: &[T]) -> Vec<T> {
             // Without such values there are none; with them, one a vertex.
             corners.iter().filter_map(|&corner| of.get(corner as usize)).copied().collect()
@@ -210,7 +214,7 @@ impl Faces {
         let uvs = if uvs.is_empty() { each(&corners, &vertices.uvs) } else { uvs };
         let own = colours.linear().zip(&arities).flat_map(|(colour, &arity)| std::iter::repeat_n(colour, arity as usize));
         Ok(MeshData {
-            positions: each(&corners, &vertices.positions),
+            positions: each(&corners, &vertices.positions).into(),
             normals: each(&corners, &vertices.normals),
             colours: if coloured { own.collect() } else { each(&corners, &vertices.colours) },
             uvs: if uvs.is_empty() { Vec::new() } else { vec![uvs] },
@@ -221,7 +225,7 @@ impl Faces {
 }
 
 fn point(vertices: &PlyVertices, corner: u32) -> DVec3 {
-    vertices.positions.get(corner as usize).map_or(DVec3::ZERO, |&p| Vec3::from_array(p).as_dvec3())
+    vertices.positions.get(corner as usize).map_or(DVec3::ZERO, |&p| p.into())
 }
 
 impl Row {

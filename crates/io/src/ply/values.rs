@@ -139,8 +139,8 @@ fn cut_off() -> Fault {
 /// A word as a number of a type. One of single precision is rounded once, as in other formats.
 fn parsed(word: &str, kind: Number) -> Option<f64> {
     match kind {
-        Number::F32 => number(word).map(|(_, value)| value.into()),
-        Number::F64 => word.parse().ok().or_else(|| number(word).map(|(_, value)| value.into())),
+        // As written: a text may have more digits than the type that it names.
+        Number::F32 | Number::F64 => number(word).map(|(_, value)| value),
         // Some programs write whole numbers as `255.0`.
         _ => word
             .parse::<i64>()

@@ -66,7 +66,7 @@ impl Colours {
 /// The vertices of a file. Lists that no property is for are empty.
 #[derive(Default)]
 pub(super) struct PlyVertices {
-    pub positions: Vec<[f32; 3]>,
+    pub positions: Vec<[f64; 3]>,
     pub normals: Vec<[f32; 3]>,
     pub uvs: Vec<[f32; 2]>,
     pub colours: Vec<[f32; 4]>,
@@ -96,7 +96,8 @@ impl PlyVertices {
             return Err(Fault::limit("has more than 4294967295 vertices"));
         }
         let [normals, colours, uvs] = [has(NORMAL, 3), has(COLOUR, 3), has(UV, 2)];
-        let each = 12 * (1 + usize::from(normals)) + 28 * usize::from(colours) + 8 * usize::from(uvs);
+        // Positions are doubles first, then single precision about an origin.
+        let each = 36 + 12 * usize::from(normals) + 28 * usize::from(colours) + 8 * usize::from(uvs);
         budget.memory(element.count as usize, each)?;
         let number = |slot: usize| {
             let property = element.properties.iter().zip(&slots).find(|(_, of)| **of == Some(slot));
@@ -105,9 +106,10 @@ impl PlyVertices {
         let mut painted = Colours::of(number(COLOUR));
         self.positions.reserve_exact(element.count as usize);
         for index in 0..element.count {
-            let row = row(&element.properties, &slots, values).map_err(|fault| fault.at(values.place(element, index)))?;
-            let [x, y, z, nx, ny, nz, r, g, b, u, v] = row;
-            self.positions.push([x, y, z]);
+            let (position, row) =
+                row(&element.properties, &slots, values).map_err(|fault| fault.at(values.place(element, index)))?;
+            let [_, _, _, nx, ny, nz, r, g, b, u, v] = row;
+            self.positions.push(position);
             self.normals.extend(normals.then_some([nx, ny, nz]));
             self.uvs.extend(uvs.then_some(from_the_top([u, v])));
             if colours {
@@ -120,15 +122,16 @@ impl PlyVertices {
 }
 
 /// A vertex's numbers.
-fn row(properties: &[Property], slots: &[Option<usize>], values: &mut Values<'_>) -> Outcome<[f32; SLOTS]> {
+fn row(properties: &[Property], slots: &[Option<usize>], values: &mut Values<'_>) -> Outcome<([f64; 3], [f32; SLOTS])> {
     let mut row = [0.0; SLOTS];
     for (property, slot) in properties.iter().zip(slots) {
         match slot {
-            Some(slot) => row[*slot] = values.number(property.number, &property.name)? as f32,
+            Some(slot) => row[*slot] = values.number(property.number, &property.name)?,
             None => values.skip_property(property)?,
         }
     }
-    Ok(row)
+    let [x, y, z, ..] = row;
+    Ok(([x, y, z], row.map(|value| value as f32)))
 }
 
 /// The format counts v from the bottom row, a scene from the top.

@@ -1,7 +1,7 @@
 //! STL as text: `solid`, facets, each with a loop of corners, `endsolid`; in any case of letters, with any line ends, perhaps several
 //! solids one after the other.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use raywright_core::scene::MeshData;
 
 use crate::import::{Budget, Fault, Outcome, Warnings, shown};
@@ -17,7 +17,7 @@ enum Wanted {
     /// So many numbers of a normal, which mean nothing here, or a word where a writer has left them out.
     Normal(usize),
     /// The numbers of a corner, of which these are known.
-    Vertex(Vec<f32>),
+    Vertex(Vec<f64>),
 }
 
 /// What is being read.
@@ -26,7 +26,9 @@ struct AsciiReader {
     wanted: Wanted,
     mesh: MeshData,
     /// Corners of the loop at hand.
-    corners: Vec<[f32; 3]>,
+    corners: Vec<[f64; 3]>,
+    /// Corners of all loops before it.
+    positions: Vec<[f64; 3]>,
     /// Whether a facet has begun.
     open: bool,
     clipper: Clipper,
@@ -38,8 +40,8 @@ struct AsciiReader {
 /// # Errors
 /// A fault of kind input naming line and cause, of kind limit for more than is allowed.
 pub(super) fn read(bytes: &[u8], budget: &mut Budget, warnings: &mut Warnings) -> Outcome<MeshData> {
-    // A corner takes more characters than bytes in memory, of which a list that grows needs three times as many.
-    budget.memory(bytes.len(), 3)?;
+    // A corner takes at least 13 characters, and 36 bytes in memory, of which a list that grows needs three times as many.
+    budget.memory(bytes.len(), 9)?;
     let mut reader = AsciiReader::default();
     let mut last = 0;
     for (i, line) in lines(bytes).enumerate() {
@@ -50,7 +52,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, warnings: &mut Warnings) -
     if reader.open {
         return Err(Fault::input(format!("line {last}: the file ends inside a facet")));
     }
-    Ok(reader.mesh)
+    Ok(MeshData { positions: reader.positions.into(), ..reader.mesh })
 }
 
 impl AsciiReader {
@@ -95,20 +97,20 @@ impl AsciiReader {
 
     /// Makes triangles of the loop's corners.
     fn end_loop(&mut self, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<()> {
-        let before = self.mesh.positions.len();
+        let before = self.positions.len();
         if self.corners.len() < 3 {
             warnings.add("facets with fewer than three corners are ignored");
         } else {
             self.clipper.claim(self.corners.len(), budget)?;
             budget.triangles(self.corners.len() - 2)?;
-            let points: Vec<DVec3> = self.corners.iter().map(|&corner| Vec3::from_array(corner).as_dvec3()).collect();
+            let points: Vec<DVec3> = self.corners.iter().copied().map(DVec3::from).collect();
             self.triangles.clear();
             self.clipper.triangulate(&points, &mut self.triangles)?;
             if u32::try_from(before + points.len()).is_err() {
                 return Err(Fault::limit("has more than 4294967295 corners"));
             }
             self.mesh.indices.extend(self.triangles.iter().map(|corners| corners.map(|corner| (before + corner) as u32)));
-            self.mesh.positions.append(&mut self.corners);
+            self.positions.append(&mut self.corners);
         }
         self.corners.clear();
         Ok(())

@@ -56,7 +56,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, warnings: &mut Warnings) -
     let corner = |facet: &[u8; FACET], at: usize| [0, 4, 8].map(|axis| number(facet, 12 + 12 * at + axis));
     let colour = |facet: &[u8; FACET]| dialect.map(|dialect| painted(dialect.colour(attribute(facet))));
     Ok(MeshData {
-        positions: facets.iter().flat_map(|facet| [0, 1, 2].map(|at| corner(facet, at))).collect(),
+        positions: facets.iter().flat_map(|facet| [0, 1, 2].map(|at| corner(facet, at))).collect::<Vec<_>>().into(),
         // As many as were claimed, each of three vertices of its own.
         indices: (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         colours: facets.iter().flat_map(|facet| colour(facet).map(|colour| [colour; 3])).flatten().collect(),

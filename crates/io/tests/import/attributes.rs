@@ -77,7 +77,7 @@ fn smooth_normals_point_outward() {
     let model = written("a.obj", text, &[]);
     let length = f32::hypot(0.5, 2.0);
     let edge = [0.5 / length, 0.0, 2.0 / length];
-    for (position, normal) in model.positions.iter().zip(&model.normals) {
+    for (position, normal) in model.positions.offsets().iter().zip(&model.normals) {
         let wanted = match position {
             [2.0, _, _] => [0.0, 0.0, 1.0],
             [_, _, 1.0] => [1.0, 0.0, 0.0],
@@ -99,7 +99,7 @@ fn smoothing_groups_keep_their_normals() {
     };
     let apart = model("2");
     assert!(apart.normals.iter().all(|n| *n == [0.0, 0.0, 1.0] || *n == [1.0, 0.0, 0.0]), "{:?}", apart.normals);
-    let edge = |data: &MeshData| data.positions.iter().filter(|p| p[0] == 0.0 && p[2] == 0.0).count();
+    let edge = |data: &MeshData| data.positions.offsets().iter().filter(|p| p[0] == 0.0 && p[2] == 0.0).count();
     assert_eq!((edge(&apart), edge(&model("1"))), (4, 2));
 }
 

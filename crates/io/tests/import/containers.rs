@@ -101,7 +101,7 @@ fn the_first_chunk_is_the_first_buffer() {
     let folder = tempfile::tempdir().unwrap();
     let own = r#"{ "byteLength": 36 }"#;
     let loaded = load(&glb(folder.path(), &json(ASSET, "", r#", "buffer": 0"#, own), &[corners(), vec![0; 36]]));
-    assert_eq!(mesh_of(&loaded, &loaded.scene.objects[0]).positions[1], [1.0, 0.0, 0.0]);
+    assert_eq!(mesh_of(&loaded, &loaded.scene.objects[0]).positions.offsets()[1], [1.0, 0.0, 0.0]);
     assert!(said(&loaded).contains("GLB chunk 2"), "{}", said(&loaded));
     let second = json(ASSET, "", r#", "buffer": 1"#, &format!("{own}, {own}"));
     let error = try_load(&glb(folder.path(), &second, &[corners()])).expect_err("no bytes");

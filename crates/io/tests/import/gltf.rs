@@ -121,7 +121,7 @@ fn index_types_make_the_same_quads() {
     let mut areas = Vec::new();
     for object in &file.scene.objects {
         let data = mesh_of(&file, object);
-        let corner = |i: u32| DVec3::from(data.positions[i as usize].map(f64::from));
+        let corner = |i: u32| data.positions.at(i as usize);
         let mut area = DVec3::ZERO;
         for [a, b, c] in &data.indices {
             area += (corner(*b) - corner(*a)).cross(corner(*c) - corner(*a)) / 2.0;
@@ -388,7 +388,7 @@ fn sparse_elements_in_any_order() {
         r#", "sparse": { "count": 2, "indices": { "bufferView": 1, "componentType": 5121 }, "values": { "bufferView": 2 } }"#;
     let file = crafted(sparse, "", &more);
     let data = mesh_of(&file, &file.scene.objects[0]);
-    assert_eq!(data.positions, [[1.0, 2.0, 3.0], [1.0, 0.0, 0.0], [7.0, 8.0, 9.0]]);
+    assert_eq!(*data.positions.offsets(), [[1.0, 2.0, 3.0], [1.0, 0.0, 0.0], [7.0, 8.0, 9.0]]);
 }
 
 /// Protects: a sparse accessor that replaces more elements than there are, or one that there is not, is refused with the numbers.

@@ -16,7 +16,7 @@ fn physical<'a>(loaded: &'a Loaded, name: &str) -> &'a Physical {
 }
 
 fn corner(data: &MeshData, i: u32) -> DVec3 {
-    Vec3::from_array(data.positions[i as usize]).as_dvec3()
+    data.positions.at(i as usize)
 }
 
 /// Sum of the triangles' areas, as vectors and as numbers.
@@ -70,7 +70,7 @@ fn smoothing_groups() {
     assert!(flat.normals.is_empty());
     assert_eq!(smooth.positions.len(), 4, "the shared edge is welded");
     // At the ridge (x = 0) the mean of both facets, which are mirrored in x.
-    for (p, n) in smooth.positions.iter().zip(&smooth.normals) {
+    for (p, n) in smooth.positions.offsets().iter().zip(&smooth.normals) {
         assert!(p[0] != 0.0 || n[0].abs() < 1e-6, "{p:?} {n:?}");
         assert!(p[0] == 0.0 || n[0].abs() > 0.1, "{p:?} {n:?}");
     }
@@ -87,7 +87,7 @@ fn negative_indices() {
     assert!((area - 1.5).abs() < 1e-9, "{area}");
     assert_eq!(data.normals, vec![[0.0, 0.0, 1.0]; data.positions.len()]);
     // v = 0 is the top row in a scene, the bottom row in the file.
-    let at = |p: [f32; 3]| data.uvs[0][data.positions.iter().position(|q| *q == p).unwrap()];
+    let at = |p: [f32; 3]| data.uvs[0][data.positions.offsets().iter().position(|q| *q == p).unwrap()];
     assert_eq!((at([0.0, 0.0, 0.0]), at([1.0, 1.0, 0.0])), ([0.0, 1.0], [1.0, 0.0]));
 }
 
@@ -166,7 +166,7 @@ fn given_normals_stay_out_of_smoothing() {
     let data: Vec<&MeshData> = file.scene.objects.iter().map(|object| mesh_of(&file, object)).collect();
     let normals_of = |triangle: [[f32; 3]; 3]| {
         let found = data.iter().flat_map(|data| {
-            let corners = |t: &[u32; 3]| t.map(|i| data.positions[i as usize]);
+            let corners = |t: &[u32; 3]| t.map(|i| data.positions.offsets()[i as usize]);
             data.indices.iter().filter(move |&t| corners(t) == triangle).map(|t| t.map(|i| data.normals[i as usize]))
         });
         found.collect::<Vec<_>>()

@@ -201,7 +201,7 @@ fn scene_files_name_part_and_moment() {
         asked(path, None, None, at)
     };
     let first = |loaded: Loaded| match &loaded.scene.meshes[0].source {
-        MeshSource::Inline(data) => data.positions[0],
+        MeshSource::Inline(data) => data.positions.offsets()[0],
         MeshSource::File(path) => panic!("{path} was not read"),
     };
     let moment = "source.file = \"made.gltf\"\nmodel = { scene = \"1\", time = \"2*t\" }";

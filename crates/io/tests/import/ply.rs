@@ -43,7 +43,7 @@ fn faces_are_triangles() {
             assert_eq!(triangle_count(&loaded), triangles);
             let data = loaded.scene.objects.first().map(|object| mesh_of(&loaded, object));
             if let Some(data) = data {
-                assert!(data.positions == sheet.positions && data.normals.is_empty());
+                assert!(*data.positions.offsets() == sheet.positions && data.normals.is_empty());
                 assert!(data.indices.as_flattened().iter().eq(sheet.faces.iter().flatten()));
             }
         }
@@ -125,7 +125,7 @@ fn properties_in_any_order_and_type() {
         found.push(mesh_of(&loaded, &loaded.scene.objects[0]).clone());
     }
     let first = &found[0];
-    assert_eq!(first.positions, [[0.0, 0.0, 0.5], [300.0, 0.0, 0.25], [0.0, -128.0, 0.125], [5.0, 5.0, -2.0]]);
+    assert_eq!(*first.positions.offsets(), [[0.0, 0.0, 0.5], [300.0, 0.0, 0.25], [0.0, -128.0, 0.125], [5.0, 5.0, -2.0]]);
     assert_eq!(first.indices, [[0, 1, 2], [2, 1, 3]]);
     assert_eq!((first.colours[0], first.colours[1]), ([0.0, 1.0, 1.0, 1.0], [0.0, 1.0, 0.0, 1.0]));
     // v counts from the top in a scene.
@@ -144,7 +144,7 @@ fn texts_are_read_as_they_are_written() {
     );
     let plain = mesh(&text);
     assert_eq!((plain.positions.len(), plain.indices.as_slice()), (3, &[[0, 1, 2]][..]));
-    assert_eq!(plain.positions[1], [1.0, 0.0, 0.0]);
+    assert_eq!(plain.positions.offsets()[1], [1.0, 0.0, 0.0]);
     for ends in ["\r\n", "\r"] {
         assert!(mesh(&text.replace('\n', ends)) == plain, "{ends:?}");
     }
@@ -180,7 +180,10 @@ fn faces_have_their_own() {
         triangle(&header, ["0 0 0 9 9", "1 0 0 9 9", "0 1 0 9 9"], "6 0 0 1 0 0.5 0.25 1 3 0 1 2 0 0\n2 7 7 0 3 2 1 0 0 1");
     let data = mesh(&text);
     assert_eq!(data.indices, [[0, 1, 2], [3, 4, 5]]);
-    assert_eq!(data.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]);
+    assert_eq!(
+        *data.positions.offsets(),
+        [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]
+    );
     assert_eq!(
         data.uvs,
         [vec![[0.0, 1.0], [1.0, 1.0], [0.5, 0.75], [0.0; 2], [0.0; 2], [0.0; 2]]],

@@ -83,7 +83,7 @@ pub fn world_triangles(loaded: &Loaded, object: &Object) -> (Vec<[DVec3; 3]>, Ve
     let data = mesh_of(loaded, object);
     let (m, t) = transform(object);
     let cofactors = m.inverse().transpose();
-    let point = |i: u32| m * Vec3::from_array(data.positions[i as usize]).as_dvec3() + t;
+    let point = |i: u32| m * data.positions.at(i as usize) + t;
     let normal = |i: u32| (cofactors * Vec3::from_array(data.normals[i as usize]).as_dvec3()).normalize();
     let points = data.indices.iter().map(|triangle| triangle.map(point)).collect();
     let normals = match data.normals.is_empty() {
@@ -108,7 +108,7 @@ pub fn check_sound(loaded: &Loaded, path: &Path) {
         let MeshSource::Inline(data) = &mesh.source else { panic!("{place}: {} is not inline", mesh.name) };
         let count = data.positions.len();
         assert!(data.indices.as_flattened().iter().all(|&i| (i as usize) < count), "{place}: index out of range");
-        assert!(data.positions.as_flattened().iter().all(|c| c.is_finite()), "{place}: a position is not finite");
+        assert!(data.positions.offsets().as_flattened().iter().all(|c| c.is_finite()), "{place}: a position is not finite");
         assert!(data.normals.is_empty() || data.normals.len() == count, "{place}: normals");
         assert!(data.normals.iter().all(|n| (Vec3::from_array(*n).length() - 1.0).abs() < 1e-3), "{place}: a normal's length");
         assert!(data.uvs.iter().all(|set| set.len() == count), "{place}: texture coordinates");

@@ -39,7 +39,8 @@ fn facets_are_triangles() {
             }
             assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
             let data = mesh(&loaded);
-            let corners: Vec<[f32; 3]> = data.indices.as_flattened().iter().map(|&i| data.positions[i as usize]).collect();
+            let corners: Vec<[f32; 3]> =
+                data.indices.as_flattened().iter().map(|&i| data.positions.offsets()[i as usize]).collect();
             let expected: Vec<[f32; 3]> = sheet.faces.iter().flatten().map(|&i| sheet.positions[i as usize]).collect();
             assert!(corners == expected && data.normals.is_empty() && data.colours.is_empty());
             let Model::Physical(material) = &loaded.scene.materials[0].model else { panic!("physical") };

@@ -170,6 +170,7 @@ fn start<'a>(args: &'a RenderArgs, loaded: &Loaded, ready: &Ready, plan: &Plan) 
 fn note_prepared(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes: &mut Notes) {
     tell::note_effects(loaded, ready.effects(), notes);
     tell::note_lost(loaded, ready, notes);
+    tell::note_unresolved(loaded, ready, notes);
     tell::note_closed_gaps(loaded, ready, settings, notes);
     tell::note_clamp(loaded, ready, settings, notes);
 }

@@ -52,6 +52,16 @@ pub(super) fn note_lost(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
     ));
 }
 
+/// Objects too far from the others for their shape to be stored.
+pub(super) fn note_unresolved(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
+    let Some(first) = ready.unresolved().filter(|first| !ready.lost().contains(first)) else { return };
+    let object = object_name(loaded, first as usize);
+    notes.warn(format!(
+        "{object} is so far from the rest of the scene that single precision can't tell points a thousandth of its size apart; move them \
+         nearer to each other, or add --precision reference"
+    ));
+}
+
 /// Bodies so near to each other that light passes from the one to beyond the other.
 pub(super) fn note_closed_gaps(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes: &mut Notes) {
     let gaps = ready.closed_gaps();

@@ -59,7 +59,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         }
         let mut direction = at.mirrored();
         if let Some((amount, rows)) = &reflection.fuzz {
-            let p = at.surface.point;
+            let p = R::Vec3::from_f64(self.scene.in_world(at.surface.point));
             let wave = R::Vec3::new(rows[0].dot(p).sin(), rows[1].dot(p).sin(), rows[2].dot(p).sin());
             direction = (direction + wave * *amount).normalize();
         }

@@ -60,7 +60,7 @@ fn a_quarter_turn_brings_what_was_along_x_to_z() {
     let along = |rotation: f64, d: DVec3| {
         let map = crate::scene::SkyMap { image: "stars".to_owned(), rotation, strength: 1.0 };
         let scene = crate::Scene { images: vec![image.clone()], ..crate::Scene::default() };
-        let sky = prepare::<f64>(Some(&SkyData::Map(map)), &Lookup::new(&scene), &BTreeMap::new());
+        let sky = prepare::<f64>((Some(&SkyData::Map(map)), DVec3::ZERO), &Lookup::new(&scene), &BTreeMap::new());
         sky.expect("the image is there").radiance(DVec3::ZERO, d).x
     };
     // A direction lies between two columns, whose numbers are blended.

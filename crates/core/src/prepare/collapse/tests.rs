@@ -4,6 +4,11 @@ use super::super::geometry::tests::glowing;
 use super::*;
 use crate::scene::{GeneratorKind, TransformStep, Triple};
 
+/// What is lost of what is counted from zero.
+fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
+    collapsed_about::<R>(scene, DVec3::ZERO)
+}
+
 const HERE: Triple = [0.0; 3];
 const ABOVE: Triple = [0.0, 1.0, 0.0];
 
@@ -48,7 +53,7 @@ fn sizes_survive_single_precision() {
     assert!(one(triangle(1e8)).contains("triangle.vertices: the distance of the corners is lost"));
     assert_eq!(alone(object(triangle(1e6), Vec::new())), []);
     let hint = alone(object(quad, Vec::new())).remove(0).hint;
-    assert_eq!(hint.as_deref(), Some("move it nearer to the origin, or add --precision reference"));
+    assert_eq!(hint.as_deref(), Some("move it nearer to the rest of the scene, or add --precision reference"));
 }
 
 /// Protects: doubles lose things too, farther away, and then no other precision is advised.
@@ -57,7 +62,7 @@ fn doubles_lose_what_is_too_far_for_them() {
     let far = object(Shape::Box { min: HERE, max: [1.0, 2.0, 0.01] }, vec![TransformStep::Translate([1e15; 3])]);
     let lost = collapsed::<f64>(&Scene { objects: vec![far], ..Scene::default() });
     assert!(lost[0].message.contains("is lost in double precision"), "{lost:?}");
-    assert_eq!(lost[0].hint.as_deref(), Some("move it nearer to the origin"));
+    assert_eq!(lost[0].hint.as_deref(), Some("move it nearer to the rest of the scene"));
 }
 
 /// Protects: a generator's objects are judged where they land, by the sum of both moves, and the first that is lost is named.

@@ -17,7 +17,9 @@ use serde_json::json;
 
 fn found(scene: &Scene) -> Emitters<f32> {
     let (sources, wanted) = (Sources::default(), Wanted { even: true, varied: false, read: false });
-    Emitters::new(emitters::<f32>(scene, &Lookup::new(scene), (&[], &sources), wanted, &()).expect("nobody stops it"))
+    Emitters::new(
+        emitters::<f32>((scene, DVec3::ZERO), &Lookup::new(scene), (&[], &sources), wanted, &()).expect("nobody stops it"),
+    )
 }
 
 /// Protects: what is only moved lights others as a shape of its own, so that tens of thousands of emitters are no matter, and

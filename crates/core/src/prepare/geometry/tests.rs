@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::scene::{Colour, Generator, GeneratorKind, Material, Mesh, MeshSource, Model, Physical, TransformStep};
+use crate::shape::any_shape;
 use raywright_bvh::shapes::AnyShape;
 
 pub(in crate::prepare) fn glowing(shape: Shape, transform: Vec<TransformStep>) -> (Material, Object) {
@@ -33,14 +34,17 @@ fn triangles_without_area_collapse() {
 fn collapsed_shapes_are_refused() {
     let (material, object) = glowing(Shape::Box { min: [0.0; 3], max: [1.0, 2.0, 0.01] }, Vec::new());
     let kind = GeneratorKind::Grid { counts: [1, 1, 2], origin: [0.0, 0.0, 3e5], step: [0.0, 0.0, 1.0] };
-    let scene = Scene { materials: vec![material], generators: vec![Generator { kind, object }], ..Scene::default() };
+    // Most of the scene is about zero.
+    let ball = Object { shape: Shape::Sphere { centre: [0.0; 3], radius: 1.0 }, ..object.clone() };
+    let generators = vec![Generator { kind, object }];
+    let scene = Scene { materials: vec![material], objects: vec![ball; 3], generators, ..Scene::default() };
     let lookup = Lookup::new(&scene);
     let narrow = build::<f32>(&scene, &lookup, AcceleratorKind::Linear, &()).err();
     let Some(PrepareError::Collapsed { problems }) = narrow else { panic!("{narrow:?}") };
     assert_eq!(problems.len(), 1);
     assert_eq!(problems[0].path, "generators[0].object.shape.box.max");
     let wide = build::<f64>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("f64 tells its faces apart");
-    assert_eq!(wide.objects.len(), 2);
+    assert_eq!(wide.objects.len(), 5);
 }
 
 /// Protects: a mesh of which storing leaves nothing is told by its object, and only such a one: not near the origin, not where one
@@ -50,7 +54,7 @@ fn vanished_meshes_are_told() {
     let triangle = |size: f32| vec![[0.0; 3], [size, 0.0, 0.0], [0.0, size, 0.0]];
     let mesh = |name: &str, positions: Vec<[f32; 3]>| {
         let indices = (0..positions.len() as u32).step_by(3).map(|i| [i, i + 1, i + 2]).collect();
-        let data = MeshData { positions, indices, ..MeshData::default() };
+        let data = MeshData { positions: positions.into(), indices, ..MeshData::default() };
         Mesh { name: name.to_owned(), source: MeshSource::Inline(Arc::new(data)), model: None }
     };
     let small_and_large = [triangle(1.0), triangle(1e4)].concat();
