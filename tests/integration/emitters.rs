@@ -89,3 +89,45 @@ fn the_camera_looks_through_backs_that_stop_light() {
     scene.objects[2].side = SideRule::Both;
     assert!(mean(&scene) > 1.0);
 }
+
+/// Protects: no light of a lamp passes an opaque cover that is a few steps of single precision before it: quads, balls, boxes, disks and
+/// meshes as lamps; and without the cover the lamp lights the floor.
+#[test]
+fn a_lamp_a_hair_behind_a_cover_is_dark() {
+    let corners = |y: f64, r: f64| format!("[[-{r}, {y}, -{r}], [{r}, {y}, -{r}], [{r}, {y}, {r}], [-{r}, {y}, {r}]]");
+    let quad = |y: f64, r: f64| {
+        format!(r#"{{ "quad": {{ "corner": [-{r}, {y}, -{r}], "edge_u": [{s}, 0, 0], "edge_v": [0, 0, {s}] }} }}"#, s = 2.0 * r)
+    };
+    for (height, gap, r) in [(1.0, 1e-6, 1.0), (1.0, 5e-7, 1.0)] {
+        let lamps = [
+            quad(height, r),
+            format!(r#"{{ "disk": {{ "centre": [0, {height}, 0], "normal": [0, -1, 0], "radius": {r} }} }}"#),
+            format!(r#"{{ "box": {{ "min": [-{r}, {height}, -{r}], "max": [{r}, {}, {r}] }} }}"#, height + r),
+            format!(r#"{{ "sphere": {{ "centre": [0, {}, 0], "radius": {r} }} }}"#, height + r),
+            r#"{ "mesh": "lamp" }"#.to_owned(),
+        ];
+        for lamp in lamps {
+            let of = |cover: &str, integrator: &str| -> Scene {
+                let text = format!(
+                    r#"{{ "format": 1, "render": {{ "integrator": "{integrator}", "max_depth": 3 }},
+                    "cameras": [{{ "pose": {{ "look_at": {{ "eye": [{r}, {e}, {r}], "target": [0.01, 0, 0] }} }},
+                                   "projection": {{ "pinhole": {{ "vertical_fov": 1 }} }} }}],
+                    "materials": [{{ "name": "floor", "model": {{ "classic": {{ "colour": 0.6 }} }} }},
+                                  {{ "name": "black", "model": {{ "classic": {{ "colour": 0 }} }} }},
+                                  {{ "name": "lamp", "model": {{ "classic": {{ "local": 0, "emission": 4 }} }} }}],
+                    "meshes": [{{ "name": "lamp", "source": {{ "inline": {{ "positions": {mesh}, "indices": [[0, 1, 2], [0, 2, 3]] }} }} }}],
+                    "objects": [{{ "shape": {{ "plane": {{ "point": [0, 0, 0], "normal": [0, 1, 0] }} }}, "material": "floor" }},
+                                {{ "shape": {lamp}, "material": "lamp" }}{cover}] }}"#,
+                    e = 0.5 * height,
+                    mesh = corners(height, r),
+                );
+                serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}"))
+            };
+            let cover = format!(r#", {{ "shape": {}, "material": "black" }}"#, quad(height - gap, 3.0 * r));
+            for integrator in ["path", "whitted"] {
+                assert!(mean(&of("", integrator)) > 0.1, "{lamp}: dark by itself");
+                assert_eq!(mean(&of(&cover, integrator)), 0.0, "{lamp} {gap} behind its cover, {integrator}");
+            }
+        }
+    }
+}

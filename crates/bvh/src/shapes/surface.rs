@@ -100,10 +100,13 @@ impl<R: Real> Surface<R> {
     #[inline(always)]
     pub fn way_to_surface(&self, target: &Self) -> (Ray<R>, R) {
         let across = target.point - self.point;
-        let start = self.lifted(across, self.error);
-        // A unit direction is rounded: at the far end it passes beside its target by that much of the distance.
-        let aim = across.length() * R::ROUNDOFF * R::from_f64(4.0);
-        between(start, target.lifted(-across, target.error + aim))
+        let (start, end) = (self.lifted(across, self.error), target.lifted(-across, target.error));
+        let (ray, distance) = between::<R>(start, end);
+        // A unit direction is rounded, so that the ray passes beside its end: it is over where it comes to the plane of the surface there. A ray
+        // along that plane ends no farther away than it should.
+        let normal = target.normal.to_f64();
+        let to_plane = normal.dot(end.to_f64() - start.to_f64()) / normal.dot(ray.direction.to_f64());
+        (ray, R::from_f64(f64::min(to_plane, distance.to_f64() * (1.0 + BESIDE))))
     }
 
     #[inline(always)]
@@ -117,6 +120,9 @@ impl<R: Real> Surface<R> {
         R::Vec3::new(x.next_towards(normal.x()), y.next_towards(normal.y()), z.next_towards(normal.z()))
     }
 }
+
+/// How much farther than its end a shadow ray may go, as a share of its length.
+const BESIDE: f64 = 1.0 / 4096.0;
 
 /// The ray from one point to another, and how far that is; lengths in f64, so that they neither vanish nor overflow on the way.
 #[inline(always)]

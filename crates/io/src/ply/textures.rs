@@ -49,7 +49,7 @@ fn part(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
         used.iter().filter_map(|&vertex| of.get(vertex as usize)).copied().collect()
     }
     MeshData {
-        positions: each(&used, &mesh.positions),
+        positions: mesh.positions.select(used.iter().map(|&vertex| vertex as usize)),
         normals: each(&used, &mesh.normals),
         colours: each(&used, &mesh.colours),
         uvs: mesh.uvs.iter().map(|set| each(&used, set)).collect(),

@@ -1,6 +1,6 @@
 //! OBJ files whose right answer is known, whole collections, and hostile ones.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use raywright_core::scene::{
     AlphaMode, Channel, Colour, ColourInput, ColourSpace, MeshData, Model, NumberInput, Physical, SideRule,
 };
