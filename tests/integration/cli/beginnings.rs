@@ -119,7 +119,7 @@ fn what_the_system_refuses_is_told() {
 
 /// A run that waits for a scene that never comes to its end.
 fn waiting(desk: &Desk, words: &[&str]) -> Child {
-    let words = [&["render", "-", "-s", "8x8", "-o", "a.png"], words].concat();
+    let words = [&["render", "-", "-s", "8x8"], words].concat();
     desk.command(&words).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts")
 }
 
@@ -128,7 +128,7 @@ fn waiting(desk: &Desk, words: &[&str]) -> Child {
 #[test]
 fn reading_is_interrupted() {
     let desk = Desk::new();
-    for words in [&[][..], &["--threads", "2"], &["--views", "front,top", "--sheet", "b.png"]] {
+    for words in [&[][..], &["--threads", "2"], &["--views", "front,top", "--sheet", "a.png"]] {
         let mut child = waiting(&desk, words);
         let standard_input = child.stdin.take();
         // Until it listens, the signal ends it by itself.
