@@ -71,7 +71,9 @@ fn agrees<R: Real>(scene: &Scene) {
     let lookup = Lookup::new(scene);
     let built = build_geometry::<R>(scene, &lookup, AcceleratorKind::Linear, &()).unwrap_or_else(|e| panic!("{e}"));
     let found = extent::<R>(scene, &lookup);
-    assert_eq!((found.bounds, found.unbounded), (built.geometry.bounded_part(), built.geometry.unbounded_count()));
+    let (origin, Aabb { min, max }) = (StorageOrigin::of::<R>(scene, &lookup).origin, built.geometry.bounded_part());
+    let bounds = Aabb { min: min + origin, max: max + origin };
+    assert_eq!((found.bounds, found.unbounded), (bounds, built.geometry.unbounded_count()));
 }
 
 /// Protects: a camera is framed by where things really lie, each as its precision stores it: shapes moved, turned and flattened,
