@@ -101,10 +101,14 @@ pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -
     for statement in statements(text) {
         walk.statement(&statement).map_err(|fault| fault.at(format_args!("line {}", statement.line)))?;
     }
-    for (dangling, what) in walk.dangling.iter().zip(["texture coordinates", "normals"]) {
-        let Some(Dangling { first, faces }) = dangling else { continue };
+    let lost = walk.dangling.iter().zip(["texture coordinates", "normals"]).filter_map(|(dangling, what)| {
+        let Dangling { first, faces } = dangling.as_ref()?;
         let whose = if *faces == 1 { "1 face refers".to_owned() } else { format!("{faces} faces refer") };
-        walk.warnings.add(format!("{first}; {whose} to {what} that the file does not have, and did without"));
+        Some(format!("{first}; {whose} to {what} that the file does not have, and did without"))
+    });
+    let lost: Vec<String> = lost.collect();
+    if !lost.is_empty() {
+        walk.warnings.add(lost.join("; "));
     }
     let Walk { mut survey, faces, .. } = walk;
     for (i, faces) in faces.iter().enumerate() {
