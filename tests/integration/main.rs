@@ -17,6 +17,7 @@ mod many;
 mod memory;
 mod models;
 mod reference;
+mod reports;
 mod room;
 mod scaling;
 mod support;

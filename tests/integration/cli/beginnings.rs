@@ -123,6 +123,25 @@ fn waiting(desk: &Desk, words: &[&str]) -> Child {
     desk.command(&words).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts")
 }
 
+/// Waits until a run handles Ctrl-C; before that the signal ends it by itself.
+#[cfg(unix)]
+fn wait_for_handler(child: &Child) {
+    const INTERRUPT: u64 = 1 << 1;
+    let handles = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).ok()?;
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:"))?;
+        Some(u64::from_str_radix(mask.trim(), 16).expect("a mask of signals") & INTERRUPT != 0)
+    };
+    let pause = |milliseconds| std::thread::sleep(std::time::Duration::from_millis(milliseconds));
+    // A system that does not say it is given time.
+    while !handles().unwrap_or_else(|| {
+        pause(3000);
+        true
+    }) {
+        pause(20);
+    }
+}
+
 /// Protects: the first Ctrl-C ends a run that is still reading, with its code and words, whatever keeps it from asking whether to go on.
 #[cfg(unix)]
 #[test]
@@ -131,8 +150,7 @@ fn reading_is_interrupted() {
     for words in [&[][..], &["--threads", "2"], &["--views", "front,top", "--sheet", "a.png"]] {
         let mut child = waiting(&desk, words);
         let standard_input = child.stdin.take();
-        // Until it listens, the signal ends it by itself.
-        std::thread::sleep(std::time::Duration::from_secs(1));
+        wait_for_handler(&child);
         let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
         assert!(kill.success());
         let run = child.wait_with_output().expect("ends");

@@ -1,7 +1,7 @@
 //! What a traversal asks of AVX2 and AVX-512.
 //!
 //! The unsafe code of the project lies in this crate: in the modules of `bvh8` that say so at their top (this one, `entries`, `stack`,
-//! `traverse`, `packet` and `optimisation_barrier`), in `math/simd`, in `processor.rs` and in `memory.rs`. Here it is of three kinds.
+//! `traverse`, `packet` and `optimisation_barrier`), in `math/simd`, `processor.rs`, `memory.rs` and `heap.rs`. Here it is of three kinds.
 //! *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists only where the processor was seen to have them, and methods of a token use
 //! no others. *Memory*: loads and stores go through pointers made from arrays of just that many numbers. *The stack*: its room is written
 //! before it is read.
