@@ -324,7 +324,8 @@ fn exr_channels_by_any_name() {
     let of = |parts: &[(&str, &[(&str, f32)])]| decode(&exr_parts(parts, whole, whole), &Limits::default());
     const RGB: [(&str, f32); 3] = [("R", 1.0), ("G", 2.0), ("B", 3.0)];
     let layers = [("a.B", 7.0), ("a.G", 6.0), ("a.R", 5.0), ("b.A", 0.5), ("b.B", 3.0), ("b.G", 2.0), ("b.R", 1.0)];
-    let cases: [(&[(&str, &[(&str, f32)])], [f32; 4], &str); 8] = [
+    type Part<'a> = (&'a str, &'a [(&'a str, f32)]);
+    let cases: [(&[Part<'_>], [f32; 4], &str); 8] = [
         (&[("", &[("Y", 2.0)])], [2.0, 2.0, 2.0, 1.0], ""),
         (&[("", &[("Y", 2.0), ("A", 0.5)])], [2.0, 2.0, 2.0, 0.5], ""),
         (&[("", &[("r", 1.0), ("g", 2.0), ("b", 3.0)])], [1.0, 2.0, 3.0, 1.0], ""),
@@ -351,7 +352,8 @@ fn exr_channels_by_any_name() {
 #[test]
 fn exr_windows_are_heeded() {
     let of = |data, display| decode(&exr_parts(&[("", &[("Y", 1.0)])], data, display), &Limits::default());
-    let cases: [(([i32; 2], [usize; 2]), ([i32; 2], [usize; 2]), &[f32]); 5] = [
+    type Window = ([i32; 2], [usize; 2]);
+    let cases: [(Window, Window, &[f32]); 5] = [
         (([0, 0], [2, 1]), ([0, 0], [2, 2]), &[1.0, 2.0, 0.0, 0.0]),
         (([0, 1], [2, 1]), ([0, 0], [2, 2]), &[0.0, 0.0, 1.0, 2.0]),
         (([-1, -1], [4, 3]), ([0, 0], [2, 1]), &[6.0, 7.0]),

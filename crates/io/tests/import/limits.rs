@@ -149,7 +149,7 @@ fn the_nearest_number_is_taken() {
     assert_eq!((found.map(|light| light.colour.0), told.len()), (Some([1e37; 3]), 1));
     let quarter = f64::from(core::f32::consts::FRAC_PI_4).to_degrees();
     for (key, number, expected, warned) in [
-        ("spot/innerConeAngle", 0.785_398_2, [quarter, quarter], 0),
+        ("spot/innerConeAngle", f64::from(core::f32::consts::FRAC_PI_4), [quarter, quarter], 0),
         ("spot/innerConeAngle", 1.2, [quarter, quarter], 1),
         ("spot/innerConeAngle", -1.0, [0.0, quarter], 1),
         ("spot/outerConeAngle", 2.0, [0.0, 90.0], 1),

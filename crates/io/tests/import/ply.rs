@@ -342,7 +342,9 @@ fn shown(loaded: &Loaded) -> Vec<(&str, usize, usize)> {
 #[test]
 fn faces_show_their_own_textures() {
     let comments = "comment TextureFile red.png\ncomment TEXTUREFILE green hue.png\n";
-    let cases: [(&str, Option<[i32; 2]>, &[(&str, usize, usize)], &[&str]); 8] = [
+    type Meshes<'a> = &'a [(&'a str, usize, usize)];
+    type Case<'a> = (&'a str, Option<[i32; 2]>, Meshes<'a>, &'a [&'a str]);
+    let cases: [Case<'_>; 8] = [
         (comments, Some([0, 1]), &[("red.png", 1, 3), ("green hue.png", 1, 3)], &[]),
         (comments, Some([1, 1]), &[("green hue.png", 2, 4)], &["no face shows the texture 0, `red.png`"]),
         (comments, Some([-1, 7]), &[("", 2, 4)], &["1 triangles have a texnumber beyond its 2 images", "texture 0", "texture 1"]),

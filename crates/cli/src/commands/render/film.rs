@@ -48,7 +48,7 @@ impl LatestError {
             self.error = film.uncertainty();
             self.made = Some((Instant::now(), began.elapsed()));
         }
-        self.error.clone()
+        self.error
     }
 }
 
