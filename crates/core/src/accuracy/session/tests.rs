@@ -200,8 +200,11 @@ fn rungs_without_a_difference_are_left_out() {
 #[test]
 fn rungs_that_cannot_show_the_scene_are_left_out() {
     let mut scene = corridor();
-    let thin = r#"{"shape": {"box": {"min": [3e5, 0, 3e5], "max": [300001, 2, 300000.01]}}, "material": "m"}"#;
-    scene.objects.push(serde_json::from_str(thin).expect("an object"));
+    // Wherever the origin of storage is, one of both is far from it.
+    for [min, max] in [["[3e5, 0, 3e5]", "[300001, 2, 300000.01]"], ["[-300001, 0, -300000.01]", "[-3e5, 2, -3e5]"]] {
+        let thin = format!(r#"{{"shape": {{"box": {{"min": {min}, "max": {max}}}}}, "material": "m"}}"#);
+        scene.objects.push(serde_json::from_str(&thin).expect("an object"));
+    }
     let settings = Settings { precision: crate::settings::PrecisionChoice::Reference, ..Settings::of(&scene) };
     let effort = Effort { budget: Duration::from_secs(600), size: Some([4, 2]), rounds: 2 };
     let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;

@@ -93,7 +93,7 @@ fn close(found: Vec3, wanted: Vec3) {
 
 /// Protects: what matte surfaces send back of a light, in each lane its own: albedo over π by the cosine; all of a light without size times its
 /// gain; of a light that is found by scattering too the share of the power heuristic, whose other density is the cosine over π. Nothing of
-/// lights below the surface or the shading normal, of none, and of no number.
+/// lights below the surface or the shading normal, and of none. Light that is no number stays none, so that its sample is dropped and counted.
 #[test]
 fn lights_are_sent_back_in_closed_form() {
     let mut all = Vertices::new();
@@ -122,8 +122,9 @@ fn lights_are_sent_back_in_closed_form() {
     let nan = light(steep, Vec3::new(f32::NAN, 1.0, 1.0), Density::SolidAngle(0.25), Target::Infinity);
     all.push((&path, &at), (&matte(albedos[0]), 1.0), Some((&nan, MisStrategy::Value)));
     let shaded = all.shade();
-    assert_eq!(shaded.is_lit, [true, true, true, false, false, false, false, false]);
+    assert_eq!(shaded.is_lit, [true, true, true, false, false, false, false, true]);
     let sent = |lane| vector::<f32>(&shaded.sent, lane);
+    assert!(sent(7).x.is_nan());
     close(sent(0), arriving * albedos[0] * (0.6 / PI));
     let (by_light, by_scattering) = (0.25_f32, 0.6 / PI);
     let share = by_light * by_light / (by_light * by_light + by_scattering * by_scattering);
