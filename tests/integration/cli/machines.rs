@@ -167,7 +167,7 @@ fn layouts_are_those_of_the_page() {
                 "bench good.scene.toml --repeats 1 --seconds 0.01 --json -q",
             ],
         ),
-        ("accuracy --json", &["accuracy lamp.scene.toml --budget 20s --size 12x9 --rounds 2 --json -q"]),
+        ("accuracy --json", &["accuracy lamp.scene.toml --budget 3min --size 12x9 --rounds 2 --json -q"]),
         ("compare --json", &["compare a.exr b.exr --json", "compare a.exr b.exr --noise --json"]),
     ] {
         let mut seen = BTreeSet::new();
