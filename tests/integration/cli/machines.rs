@@ -141,6 +141,7 @@ fn layouts_are_those_of_the_page() {
     let words = |line: &str| desk.run(&line.split(' ').collect::<Vec<_>>());
     words("render lamp.scene.toml --denoise --aov stderr -q -o a.exr --stats s.json").exits_with(0);
     words("render lamp.scene.toml --aov stderr --seed 2 -q -o b.exr").exits_with(0);
+    words("render lamp.scene.toml --background transparent --crop 2,2,16,12 -q -o c.exr").exits_with(0);
     let stats = fs::read_to_string(desk.path("s.json")).expect("a report");
     let mut seen = has_the_documented_keys("render --stats", &serde_json::from_str(&stats).expect("JSON"));
     let complete = |from: &str, seen: &BTreeSet<String>| {
@@ -168,7 +169,7 @@ fn layouts_are_those_of_the_page() {
             ],
         ),
         ("accuracy --json", &["accuracy lamp.scene.toml --budget 3min --size 12x9 --rounds 2 --json -q"]),
-        ("compare --json", &["compare a.exr b.exr --json", "compare a.exr b.exr --noise --json"]),
+        ("compare --json", &["compare a.exr b.exr --json", "compare a.exr b.exr --noise --json", "compare c.exr c.exr --json"]),
     ] {
         let mut seen = BTreeSet::new();
         for line in lines {

@@ -1,7 +1,7 @@
 //! Directional albedos of rough facets, tabulated: what facets send back at once, and what white ones lose.
 //!
-//! The tables depend on nothing, so they are constants: `albedo.table`, which a test computes anew and compares byte by byte
-//! (`RAYWRIGHT_TAKE_TABLES=1` writes it). Facets that are as rough along every direction have one by roughness and cosine. Those that are not
+//! The tables depend on nothing, so they are constants: `albedo.table`, which a test computes anew and compares byte by byte.
+//! Facets that are as rough along every direction have one by roughness and cosine. Those that are not
 //! have two angles and two roughnesses, and one as fine would be a hundred times as long. So theirs holds the difference to isotropic facets of
 //! the roughness that the view's azimuth shows, which is small and smooth.
 

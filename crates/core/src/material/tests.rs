@@ -23,6 +23,17 @@ fn numbers(index: u64) -> [f64; 3] {
     })
 }
 
+/// Holds a table of the sources against what is computed. Where they differ, the computed one is left in the folder for temporary files, to take
+/// the other's place if the change is meant.
+#[track_caller]
+fn hold_table(name: &str, kept: &[u8], computed: &[u8]) {
+    if kept != computed {
+        let file = std::env::temp_dir().join(name);
+        std::fs::write(&file, computed).expect("the folder for temporary files can be written to");
+        panic!("{name} is not what is computed, which is in {}", file.display());
+    }
+}
+
 /// A direction by its height over the plane across `n` and its turn.
 fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
     let across = (1.0 - height * height).sqrt();

@@ -2,7 +2,6 @@
 //! with them.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
-use std::path::Path;
 
 use super::super::albedo::{ANISOTROPIC, ANISOTROPIC_MEANS, Entry, STEPS, TABLE, Table, UNIT, look_up, look_up_anisotropic};
 use super::super::fresnel::schlick_weight;
@@ -160,13 +159,7 @@ fn bytes(table: &Table) -> Vec<u8> {
 /// Protects: what stands in the table is what its integrals give.
 #[test]
 fn the_table_is_its_integrals() {
-    let found = bytes(&computed());
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/material/albedo.table");
-    if std::env::var_os("RAYWRIGHT_TAKE_TABLES").is_some() {
-        std::fs::write(&file, found).expect("the file can be written");
-        return;
-    }
-    assert!(std::fs::read(&file).expect("albedo.table") == found, "the table is not what is computed");
+    super::hold_table("albedo.table", include_bytes!("../albedo.table"), &bytes(&computed()));
 }
 
 /// Protects: directional albedos of single scattering against brute force: facets drawn by their slopes, seen or not, each weighed by Smith's

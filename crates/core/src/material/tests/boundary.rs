@@ -1,7 +1,6 @@
 //! The table of what rough boundaries reflect and lose against the integrals that it is made of, and white glass against all that comes.
 
 use core::f64::consts::TAU;
-use std::path::Path;
 
 use super::super::boundary::{BoundaryTable, LOST, MOST_INDEX, REFLECTED, UNIT, lost, mean_reflectance, reflected};
 use super::super::fresnel::dielectric_in_air;
@@ -87,12 +86,7 @@ fn bytes() -> Vec<u8> {
 fn the_table_of_boundaries_is_its_integrals() {
     let found = bytes();
     assert_eq!(found.len(), BoundaryTable::BYTES);
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/material/boundary.table");
-    if std::env::var_os("RAYWRIGHT_TAKE_TABLES").is_some() {
-        std::fs::write(&file, found).expect("the file can be written");
-        return;
-    }
-    assert!(std::fs::read(&file).expect("boundary.table") == found, "the table is not what is computed");
+    super::hold_table("boundary.table", include_bytes!("../boundary.table"), &found);
 }
 
 /// Protects: what is interpolated, between the entries too, against finer sums, from both sides.
