@@ -249,3 +249,48 @@ fn rays_pass_some_thousand_absent_surfaces() {
         }
     }
 }
+
+/// Protects: a ray that a surface mirrors or lets through passes on from where the limit of its sample stands, in Whitted's integrator.
+#[test]
+fn rays_of_a_sample_share_their_limit() {
+    for (count, cut) in [(4096, 0), (4097, 1)] {
+        let kind = json!({ "grid": { "counts": [1, count, 1], "origin": [0, 0.0001, 0], "step": [0, 0.0001, 0] } });
+        let disk =
+            json!({ "shape": { "disk": { "centre": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
+        let mask = physical(json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } }));
+        // What it mirrors passes the stack once more.
+        let scene = floor(
+            physical(json!({ "transmission": 1, "roughness": 0, "ior": 1.5 })),
+            json!({ "materials": [{ "name": "pane", "model": mask }], "generators": [{ "kind": kind, "object": disk }] }),
+        );
+        let found = rendered(&scene, &settings(&scene, DOWN)).counters;
+        assert_eq!(found.cut_short, cut, "{count}");
+    }
+}
+
+/// Protects: behind borders of equal media a matte floor and a mirror have all their segments, as without them; a border that glows is seen.
+#[test]
+fn borders_of_equal_media_hide_nothing() {
+    let clear = |emission: f64| {
+        let model = json!({ "transmission": 1, "roughness": 0, "ior": 1, "base_colour": [1, 1, 0.9], "emission": emission });
+        json!({ "name": "clear", "model": physical(model) })
+    };
+    let border = |t: f64| json!({ "shape": { "disk": { "centre": [3.0 * t, 4.0 * t, 0], "normal": [3, 4, 0], "radius": 0.05 } }, "material": "clear" });
+    let lit = |model: &Value, borders: &[f64]| {
+        let objects: Vec<Value> = borders.iter().copied().map(border).collect();
+        let scene = floor(
+            physical(model.clone()),
+            json!({ "materials": [clear(0.0)], "objects": objects, "lights": [crate::support::sun([-3.0, 4.0, 0.0])], "sky": { "constant": 0.1 } }),
+        );
+        mean(&scene, &paths(&scene, SLANTED, 2))
+    };
+    let matte = json!({ "base_colour": 0.5, "roughness": 1, "specular": 0 });
+    for model in [matte, json!({ "metallic": 1, "roughness": 0 })] {
+        let (([bare, ..], [error, ..]), ([behind, ..], _)) = (lit(&model, &[]), lit(&model, &[0.2, 0.4, 0.6]));
+        assert!(bare > 0.05 && (behind - bare).abs() <= 5.0 * error + 1e-3 * bare, "{model}: {behind}, not {bare}");
+    }
+    let glowing =
+        crate::support::scene(json!({ "materials": [clear(2.0)], "objects": [border(0.5)], "sky": { "constant": 0.5 } }));
+    let (found, error) = mean(&glowing, &paths(&glowing, SLANTED, 4));
+    assert!((found[0] - 2.5).abs() <= 4.0 * error[0] + 1e-3, "{found:?} +- {error:?}, not 2.5");
+}

@@ -203,3 +203,17 @@ fn filters_cover_their_surroundings() {
         assert!((above - (1.0 - share)).abs() < 0.01 && (below - share).abs() < 0.01, "{filter:?}: {above}, {below}, {share}");
     }
 }
+
+/// Protects: a path that carries more than a number can hold makes its sample none, which is dropped and counted.
+#[test]
+fn paths_that_carry_no_number_are_dropped() {
+    use raywright_core::scene::Integrator;
+    use raywright_core::settings::PrecisionChoice;
+    let bright = crate::support::classic(json!({ "local": 0, "transmission": { "ior": 1.5, "refracted_tint": 1e30 } }));
+    let pane = |y: f64| json!({ "shape": { "quad": { "corner": [-9, y, 9], "edge_u": [18, 0, 0], "edge_v": [0, 0, -18] } }, "material": "bright" });
+    let scene = scene(json!({ "materials": [{ "name": "bright", "model": bright }], "objects": [pane(1.0), pane(0.5)] }));
+    let down = settings(&scene, crate::support::DOWN);
+    let (integrator, precision) = (Integrator::Path, PrecisionChoice::Robust);
+    let found = rendered(&scene, &Settings { integrator, precision, sampling: Sampling::General(16), ..down }).counters;
+    assert!(found.dropped > 8 && found.samples + found.dropped == 16, "{found:?}");
+}

@@ -58,6 +58,12 @@ fn thin_walls() {
         );
         all_see(&bubble, [eye, [0.1, 0.0, 0.0]], 64, [1.0; 3], what);
     }
+    // What a pane holds back of a colour comes through no facet of it, however often these send light to each other.
+    for roughness in [0.0, 0.5, 1.0] {
+        let yellow = pane(wall(json!({ "base_colour": [1, 1, 0], "roughness": roughness })), json!({}));
+        let ([red, _, blue], _) = mean(&yellow, &paths(&yellow, DOWN, 4));
+        assert!(red > 1.0 && blue == 0.0, "roughness {roughness}: {red} {blue}");
+    }
     // Rough facets send to each other what they lose, and then away.
     for roughness in [0.5, 0.9, 1.0] {
         let rough = pane(

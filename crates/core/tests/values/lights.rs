@@ -83,3 +83,30 @@ fn physical_surfaces_divide_by_pi() {
     let value = lit * 10.0 / (2.5 * 2.5) / core::f64::consts::PI;
     sees(&scene, at(1.5), [value, 0.5 * value, 0.0]);
 }
+
+/// Protects: lamps without size light what a map's coordinates put far away as they light it near zero.
+#[test]
+fn lights_stand_where_a_map_puts_them() {
+    use raywright_core::Settings;
+    use raywright_core::settings::PrecisionChoice;
+    let white = json!([{ "name": "white", "model": classic(json!({})) }]);
+    let at = |[x, y, z]: [f64; 3], kind: &str| {
+        let tile = json!({ "shape": { "quad": { "corner": [x - 1.0, y, z + 1.0], "edge_u": [2, 0, 0], "edge_v": [0, 0, -2] } }, "material": "white" });
+        let mut fields = json!({ "position": [x, y + 2.0, z] });
+        if kind == "spot" {
+            fields.as_object_mut().expect("a table").extend([
+                ("direction".to_owned(), json!([0, -1, 0])),
+                ("inner_angle".to_owned(), json!(30)),
+                ("outer_angle".to_owned(), json!(60)),
+            ]);
+        }
+        let light = json!({ "kind": { kind: fields }, "colour": 8 });
+        let scene = crate::support::scene(json!({ "materials": white, "objects": [tile], "lights": [light] }));
+        let view = crate::support::settings(&scene, [[x, y + 1.0, z], [x, y, z]]);
+        crate::support::pixel(&scene, &Settings { precision: PrecisionChoice::Robust, ..view })
+    };
+    for kind in ["point", "spot"] {
+        let far = at([448_200.25, 20.0, 4_865_499.5], kind);
+        crate::support::near(far, at([0.0; 3], kind), 1e-4, kind);
+    }
+}

@@ -165,3 +165,16 @@ fn copies_stand_in_their_places() {
     assert_eq!(rendered(&scene, &settings(&scene, view([6.8, 0.1, 0.0]))).picture.rgb[0][0], 1.0);
     assert_eq!(rendered(&scene, &settings(&scene, view([4.9, 0.1, 0.0]))).picture.rgb[0][0], 0.0);
 }
+
+/// Protects: a mesh whose vertices lie far from zero, shown twice, is where it is said to be.
+#[test]
+fn the_extent_of_copies_far_away() {
+    use raywright_core::settings::PrecisionChoice;
+    let far = json!({ "positions": [[448_200, 0, 0], [448_201, 0, 0], [448_200, 1, 0]] });
+    let scene = leaf(far, classic(json!({})), &[json!([]), json!([{ "translate": [0, 0, -90] }])]);
+    for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
+        let bounds = raywright_core::extent(&scene, precision).bounds;
+        let found = [bounds.min, bounds.max].map(|corner| corner.to_array());
+        assert_eq!(found, [[448_200.0, 0.0, -90.0], [448_201.0, 1.0, 0.0]], "{precision:?}");
+    }
+}

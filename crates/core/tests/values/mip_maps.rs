@@ -202,3 +202,18 @@ fn the_level_from_far_away() {
         }
     }
 }
+
+/// Protects: a scene that is turned to a camera of another angle reads its textures by that camera's pixels.
+#[test]
+fn turned_cameras_have_their_own_pixels() {
+    let scene = checked(unchecked_floor(&glowing(tiled(2.0_f64.powf(0.7) / (2.0 * spread()) * 0.5))), "linear");
+    let wide = settings(&scene, DOWN);
+    let mut camera = wide.camera.clone().expect("a camera");
+    let pinhole = raywright_core::scene::Pinhole { vertical_fov: Some(30.0), ..Default::default() };
+    camera.projection = Projection::Pinhole(pinhole);
+    let anew = pixel(&scene, &Settings { camera: Some(camera.clone()), ..wide.clone() });
+    let mut ready = prepare(&scene, &wide, &()).expect("a small scene");
+    assert!(ready.turn_to(&scene, &camera));
+    assert_eq!(ready.render(&()).picture.rgb[0].map(f64::from), anew);
+    assert_ne!(pixel(&scene, &wide), anew);
+}

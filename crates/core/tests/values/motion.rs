@@ -261,3 +261,18 @@ fn generated_things_move() {
     let error = (share * (1.0 - share) / 4096.0).sqrt();
     assert!((seen - share).abs() < 4.0 * error, "{seen} instead of {share}");
 }
+
+/// Protects: a camera that moves sees what a map's coordinates put far away as it sees it near zero.
+#[test]
+fn cameras_move_where_a_map_puts_them() {
+    let seen = |at: f64| {
+        let look = |x: f64| json!({ "look_at": { "eye": [at + x, 0, 9], "target": [at + x, 0, 0] } });
+        let mut cameras = view(json!({ "shutter": [0, 1], "pose_end": look(9.0) }));
+        cameras[0]["pose"] = look(4.0);
+        let quad = json!({ "corner": [at + 0.5, -2, 0], "edge_u": [3, 0, 0], "edge_v": [0, 4, 0] });
+        let scene = white(json!([{ "shape": { "quad": quad }, "material": "white" }]), cameras);
+        row(&rendered(&scene, &Settings { precision: PrecisionChoice::Robust, ..asked(&scene) }))
+    };
+    let (near, far) = (seen(0.0), seen(4_865_499.5));
+    assert!(near.iter().any(|&x| x > 0.3) && near.iter().zip(&far).all(|(a, b)| (a - b).abs() < 0.01), "{near:?} {far:?}");
+}

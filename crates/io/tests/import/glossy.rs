@@ -3,7 +3,7 @@
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use raywright_core::scene::{Camera, Colour, Integrator, Pinhole, Pose, Projection, Sky};
+use raywright_core::scene::{Camera, Colour, Integrator, Model, Pinhole, Pixels, Pose, Projection, Sky};
 use raywright_core::settings::Sampling;
 use raywright_core::{Settings, prepare};
 use serde_json::{Value, json};
@@ -79,4 +79,38 @@ fn an_index_of_zero_reflects_all() {
     let half = json!({ "specularColorFactor": [0.5, 0.5, 0.5] });
     sends_back(&of(json!({ "KHR_materials_ior": ior, "KHR_materials_specular": half })), [0.5; 3]);
     sends_back(&of(json!({ "KHR_materials_ior": { "ior": 1001 } })), [0.996; 3]);
+}
+
+/// Protects: materials that share an image of glossiness have a roughness each by their own factor of it.
+#[test]
+fn factors_of_one_glossiness_stay_apart() {
+    let mut made = Made::new();
+    let coordinates = made.accessor("VEC2", &[0.5; 6]);
+    let mut png = std::io::Cursor::new(Vec::new());
+    let texel = image::RgbaImage::from_pixel(1, 1, image::Rgba([255; 4]));
+    texel.write_to(&mut png, image::ImageFormat::Png).expect("a picture");
+    let scene = made
+        .with(|document| {
+            document["images"] = json!([{ "uri": format!("data:image/png;base64,{}", STANDARD.encode(png.into_inner())) }]);
+            document["textures"] = json!([{ "source": 0 }]);
+            document["meshes"][0]["primitives"] =
+                [0, 1].map(|k| json!({ "attributes": { "POSITION": 0, "TEXCOORD_0": coordinates }, "material": k })).into();
+            for (k, factor) in [1.0, 0.2].into_iter().enumerate() {
+                let glossy = json!({ "glossinessFactor": factor, "specularGlossinessTexture": { "index": 0 } });
+                document["materials"][k] = json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": glossy } });
+            }
+        })
+        .asked(None, None, None)
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene;
+    let codes = scene.objects.iter().map(|object| {
+        let material = scene.materials.iter().find(|material| material.name == object.material).expect("a material");
+        let Model::Physical(model) = &material.model else { panic!("physical") };
+        let name = &model.metallic_roughness_texture.as_ref().expect("a texture").name;
+        let texture = scene.textures.iter().find(|texture| texture.name == *name).expect("it is there");
+        let image = scene.images.iter().find(|image| image.name == texture.image).expect("it is there");
+        let Some(Pixels::Codes(pixels)) = image.data.as_ref().map(|data| &data.pixels) else { panic!("codes") };
+        pixels[0][1]
+    });
+    assert_eq!(codes.collect::<Vec<_>>(), [0, 204]);
 }

@@ -306,16 +306,22 @@ fn odd_faces() {
 
 /// A text of two triangles with coordinates, whose faces say these texture numbers, with three small images beside it.
 fn textured(comments: &str, numbers: Option<[i32; 2]>) -> Loaded {
+    let [a, b] = numbers.map_or([String::new(), String::new()], |numbers| numbers.map(|number| format!(" {number}")));
+    textured_faces(comments, numbers.is_some(), &[format!("3 0 1 2{a}"), format!("3 0 2 3{b}")])
+}
+
+/// The same of faces as they are written.
+fn textured_faces(comments: &str, numbered: bool, faces: &[String]) -> Loaded {
     let folder = tempfile::tempdir().expect("a folder");
     for name in ["red.png", "green hue.png"] {
         image::RgbImage::from_pixel(1, 1, image::Rgb([9, 9, 9])).save(folder.path().join(name)).expect("an image");
     }
     let vertices = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float u\nproperty float v\n";
-    let property = numbers.map_or("", |_| "property int texnumber\n");
-    let [a, b] = numbers.map_or([String::new(), String::new()], |numbers| numbers.map(|number| format!(" {number}")));
+    let (count, property) = (faces.len(), if numbered { "property int texnumber\n" } else { "" });
     let text = format!(
-        "ply\nformat ascii 1.0\n{comments}{vertices}element face 2\nproperty list uchar int vertex_indices\n{property}end_header\n\
-         0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n0 1 0 0 1\n3 0 1 2{a}\n3 0 2 3{b}\n"
+        "ply\nformat ascii 1.0\n{comments}{vertices}element face {count}\nproperty list uchar int vertex_indices\n{property}end_header\n\
+         0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n0 1 0 0 1\n{}\n",
+        faces.join("\n")
     );
     let path = folder.path().join("test.ply");
     std::fs::write(&path, text).expect("a file");
@@ -354,6 +360,9 @@ fn faces_show_their_own_textures() {
         ("comment TextureFile red.png\n", Some([0, -1]), &[("", 1, 3), ("red.png", 1, 3)], &[]),
         ("", Some([0, 1]), &[("", 2, 4)], &[]),
     ];
+    // Each triangle of a polygon has the number of its face.
+    let polygons = textured_faces(comments, true, &["4 0 1 2 3 0".to_owned(), "3 0 1 2 1".to_owned()]);
+    assert_eq!(shown(&polygons), [("red.png", 2, 4), ("green hue.png", 1, 3)]);
     for (comments, numbers, expected, warnings) in cases {
         let loaded = textured(comments, numbers);
         assert_eq!(shown(&loaded), expected, "{comments}, {numbers:?}");

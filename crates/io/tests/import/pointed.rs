@@ -144,3 +144,16 @@ fn other_pointers_are_named() {
         assert!(error.kind() == ErrorKind::Input && error.to_string().contains("animations[0].channels[0]"), "{error}");
     }
 }
+
+/// Protects: a node that is listed below one that is hidden and, in the same place, below one that is seen is shown once, whichever comes first.
+#[test]
+fn hidden_and_seen_in_one_place() {
+    for order in [json!([0, 2]), json!([2, 0])] {
+        let made = carried([false, true]).with(|d| {
+            d["nodes"][2] = json!({ "children": [1], "translation": [0, 0, 5] });
+            d["scenes"][0]["nodes"] = order.clone();
+        });
+        let scene = loaded(&made, None).scene;
+        assert_eq!([scene.objects.len(), scene.lights.len()], [1, 1], "{order}");
+    }
+}

@@ -105,6 +105,7 @@ fn windows_become_places() {
     let window = |place, display| file(vec![place], display).unwrap().picture.window;
     assert_eq!(window([0, 0], ([0, 0], [3, 2])), None);
     assert_eq!(window([7, -3], ([7, -3], [3, 2])), None);
+    assert_eq!(window([4, 4], ([4, 4], [10, 9])), Some(Window { origin: [0, 0], full: [10, 9] }));
     assert_eq!(window([5, 6], ([4, 4], [10, 9])), Some(Window { origin: [1, 2], full: [10, 9] }));
     assert_eq!(window([-1, -2], ([0, 0], [1, 1])), Some(Window { origin: [-1, -2], full: [1, 1] }));
     let error = file(vec![[0, 0], [0, 1]], ([0, 0], [3, 3])).unwrap_err().to_string();
