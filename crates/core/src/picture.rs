@@ -16,12 +16,12 @@ pub struct Picture {
     /// Further channels, in no particular order; names are unique.
     pub layers: Vec<Layer>,
     /// Where it lies in a larger picture of which it is a part; none: it is the whole.
-    pub window: Option<Window>,
+    pub window: Option<DataWindow>,
 }
 
-/// The place of a picture in a larger one.
+/// The place of a picture in a larger one, as the data window of an OpenEXR file has it in its display window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Window {
+pub struct DataWindow {
     /// Column and row of its first pixel in the whole; negative where it begins outside.
     pub origin: [i32; 2],
     /// Width and height of the whole in pixels.

@@ -152,7 +152,7 @@ fn coverage_is_beyond_thresholds() {
 /// whose parts are joined; it is read back with its place, and crops of other places are not compared.
 #[test]
 fn crops_keep_their_place() {
-    use raywright::core::picture::Window;
+    use raywright::core::picture::DataWindow;
     let desk = Desk::new();
     if !carried("cornell") {
         return;
@@ -165,7 +165,7 @@ fn crops_keep_their_place() {
     render("10,20,40,8", &["--part", "2/2", "--checkpoint", "2.film"]);
     desk.run(&["merge", "1.film", "2.film", "-o", "merged.exr", "--checkpoint", "both.film"]).exits_with(0);
     desk.run(&["merge", "both.film", "-o", "again.exr"]).exits_with(0);
-    let window = Some(Window { origin: [10, 20], full: [64, 48] });
+    let window = Some(DataWindow { origin: [10, 20], full: [64, 48] });
     for name in ["a.exr", "denoised.exr", "merged.exr", "again.exr"] {
         assert_eq!(desk.picture(name).window, window, "{name}");
     }

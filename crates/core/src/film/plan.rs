@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plane::has_open;
 use crate::denoise;
-use crate::picture::Window;
+use crate::picture::DataWindow;
 use crate::settings::{Aov, Background, Crop, Settings, replicates};
 
 /// Samples of a pixel in one replicate, at most: they are counted in 16 bits and are points of one sequence of 2¹⁶.
@@ -153,11 +153,11 @@ impl Plan {
     }
 
     /// Where the picture lies in the whole one; none: it is that.
-    pub fn window(&self) -> Option<Window> {
+    pub fn window(&self) -> Option<DataWindow> {
         let Crop { x, y, width, height } = self.crop;
         // Both are far below 2³¹: a picture has no more than 2³² pixels and no edge as long as that.
         let origin = [x, y].map(|at| i32::try_from(at).unwrap_or(i32::MAX));
-        ([width, height] != self.size).then_some(Window { origin, full: self.size })
+        ([width, height] != self.size).then_some(DataWindow { origin, full: self.size })
     }
 
     /// Samples of a pixel.

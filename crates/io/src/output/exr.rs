@@ -7,7 +7,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
     LineOrder, SmallVec, Text, Vec2, WritableImage,
 };
-use raywright_core::picture::{Picture, Window};
+use raywright_core::picture::{DataWindow, Picture};
 
 use super::metadata::{Metadata, SOFTWARE};
 
@@ -22,8 +22,8 @@ pub fn exr_bytes(picture: &Picture, metadata: &Metadata) -> io::Result<Vec<u8>> 
     super::check_consistent(picture)?;
     let encoding = Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = (picture.width as usize, picture.height as usize);
-    let whole = Window { origin: [0; 2], full: [picture.width, picture.height] };
-    let Window { origin: [x, y], full: [width, height] } = picture.window.unwrap_or(whole);
+    let whole = DataWindow { origin: [0; 2], full: [picture.width, picture.height] };
+    let DataWindow { origin: [x, y], full: [width, height] } = picture.window.unwrap_or(whole);
     let place = LayerAttributes { layer_position: Vec2(x, y), ..LayerAttributes::default() };
     let layer = Layer::new(size, place, encoding, AnyChannels::sort(channels(picture)));
     let mut image = Image::from_layer(layer);

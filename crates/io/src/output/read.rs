@@ -9,7 +9,7 @@ use exr::meta::attribute::IntegerBounds;
 use exr::meta::header::Header;
 use exr::prelude::{AttributeValue, Compression, FlatImage, FlatSamples, MetaData, ReadChannels, ReadLayers, Text, Vec2, read};
 use png::{ColorType, Decoder, Transformations};
-use raywright_core::picture::{Encoding, Layer, Picture, Window};
+use raywright_core::picture::{DataWindow, Encoding, Layer, Picture};
 
 use super::metadata::SETTINGS;
 use crate::error::Error;
@@ -226,10 +226,10 @@ fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {
 }
 
 /// Where pixels of a size and a place lie in the display window; none: they are all of it.
-fn window_of(display: IntegerBounds, place: Vec2<i32>, size: Vec2<usize>) -> Option<Window> {
+fn window_of(display: IntegerBounds, place: Vec2<i32>, size: Vec2<usize>) -> Option<DataWindow> {
     let origin = [place.0.saturating_sub(display.position.0), place.1.saturating_sub(display.position.1)];
     let full = [display.size.0, display.size.1].map(|edge| u32::try_from(edge).unwrap_or(u32::MAX));
-    (origin != [0; 2] || display.size != size).then_some(Window { origin, full })
+    (origin != [0; 2] || display.size != size).then_some(DataWindow { origin, full })
 }
 
 fn to_f32(samples: FlatSamples) -> Vec<f32> {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use raywright_core::display::Display;
 use raywright_core::metrics::{Comparison, CoverageErrors, Errors, NoiseVerdict, Side, compare, heat_map};
-use raywright_core::picture::{Encoding, Picture, Window};
+use raywright_core::picture::{DataWindow, Encoding, Picture};
 use raywright_io::output::{Format, Metadata, StoredPicture, write_png};
 use raywright_io::{Error, Inputs};
 use serde::Serialize;
@@ -90,7 +90,7 @@ fn refuse_other_places(picture: &Picture, reference: &Picture, names: [&Path; 2]
 }
 
 /// Where the pictures lie in larger ones, if one of them says that it does.
-fn place(windows: [Option<Window>; 2]) -> Option<String> {
+fn place(windows: [Option<DataWindow>; 2]) -> Option<String> {
     match windows {
         [None, None] => None,
         [Some(one), Some(_)] => Some(located(one)),
@@ -99,7 +99,7 @@ fn place(windows: [Option<Window>; 2]) -> Option<String> {
     }
 }
 
-fn located(Window { origin: [x, y], full: [width, height] }: Window) -> String {
+fn located(DataWindow { origin: [x, y], full: [width, height] }: DataWindow) -> String {
     format!("{x}, {y} of {width}x{height}")
 }
 
@@ -154,7 +154,7 @@ struct ComparisonReport<'a> {
     /// How linear pictures were shown; null where there are none.
     display: Option<DisplayReport>,
     /// Where each picture lies in a larger one; null: it is whole, or does not say.
-    windows: [Option<Window>; 2],
+    windows: [Option<DataWindow>; 2],
     /// Whether it differs by more than noise, where that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     noise: Option<&'a NoiseVerdict>,

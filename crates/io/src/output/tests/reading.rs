@@ -4,7 +4,7 @@ use ::exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, FlatSamples, Image, LayerAttributes, LineOrder, SmallVec, Vec2, WritableImage,
     f16,
 };
-use raywright_core::picture::Window;
+use raywright_core::picture::DataWindow;
 
 use super::*;
 use crate::image_file::tests::crc32;
@@ -105,12 +105,12 @@ fn windows_become_places() {
     let window = |place, display| file(vec![place], display).unwrap().picture.window;
     assert_eq!(window([0, 0], ([0, 0], [3, 2])), None);
     assert_eq!(window([7, -3], ([7, -3], [3, 2])), None);
-    assert_eq!(window([4, 4], ([4, 4], [10, 9])), Some(Window { origin: [0, 0], full: [10, 9] }));
-    assert_eq!(window([5, 6], ([4, 4], [10, 9])), Some(Window { origin: [1, 2], full: [10, 9] }));
-    assert_eq!(window([-1, -2], ([0, 0], [1, 1])), Some(Window { origin: [-1, -2], full: [1, 1] }));
+    assert_eq!(window([4, 4], ([4, 4], [10, 9])), Some(DataWindow { origin: [0, 0], full: [10, 9] }));
+    assert_eq!(window([5, 6], ([4, 4], [10, 9])), Some(DataWindow { origin: [1, 2], full: [10, 9] }));
+    assert_eq!(window([-1, -2], ([0, 0], [1, 1])), Some(DataWindow { origin: [-1, -2], full: [1, 1] }));
     let error = file(vec![[0, 0], [0, 1]], ([0, 0], [3, 3])).unwrap_err().to_string();
     assert!(error.contains("parts in different places"), "{error}");
-    let picture = Picture { window: Some(Window { origin: [-4, 5], full: [20, 30] }), ..trouble() };
+    let picture = Picture { window: Some(DataWindow { origin: [-4, 5], full: [20, 30] }), ..trouble() };
     assert_eq!(decode(&exr_bytes(&picture, &metadata()).unwrap()).unwrap().picture.window, picture.window);
 }
 
