@@ -65,6 +65,11 @@ impl Progress {
         Self { of: of as u64, ..self }
     }
 
+    /// The work begins now, not when the display was made.
+    pub fn begin(&mut self) {
+        self.start = Instant::now();
+    }
+
     /// One more piece is finished.
     pub fn finish_piece(&self) {
         self.finished.fetch_add(1, Ordering::Relaxed);

@@ -2,11 +2,9 @@
 
 use std::cmp::Reverse;
 
-use raywright_core::framing::{Silhouette, View};
 use raywright_core::prepare::PrepareError;
-use raywright_core::scene::Camera;
 use raywright_core::settings::Settings;
-use raywright_core::{Memory, Observer, Ready, Scene, prepare};
+use raywright_core::{Memory, Observer, Ready, prepare};
 use raywright_io::{Error, Loaded, SourceInfo, human_bytes};
 
 use crate::failure::{Exit, Failure};
@@ -49,12 +47,6 @@ fn too_much(name: &str, needed: &Memory, allowed: Option<u64>) -> Error {
             .with_hint(format!("raise the limit with --max-memory, or {}", advice(most))),
         None => Error::limit(name, format!("{needs}, and the system does not give as much")).with_hint(advice(most)),
     }
-}
-
-/// The camera that shows a whole scene from a view, or from the one that suits it.
-pub fn framed(scene: &Scene, view: Option<View>, fov: f64, aspect: f64) -> Camera {
-    let silhouette = Silhouette::of(scene);
-    silhouette.frame(view.unwrap_or_else(|| silhouette.front()), fov, aspect)
 }
 
 #[cfg(test)]

@@ -91,6 +91,20 @@ fn several_files_are_rendered() {
         .says("error: 2 pictures cannot all be n.png\nhelp: number them: -o n-%04d.png; or have all on one sheet: --sheet n.png");
 }
 
+/// Protects: a view that is asked for is that of each of several files.
+#[test]
+fn several_files_are_seen_from_one_view() {
+    let desk = desk();
+    let run = |words: &[&str]| {
+        desk.run(&[&["-s", "24x16", "--spp", "8", "-q"], words].concat()).exits_with(0);
+    };
+    run(&["a.obj", "b.obj", "--view", "left", "-o", "v%d.exr"]);
+    for (several, file) in [("v0.exr", "a.obj"), ("v1.exr", "b.obj")] {
+        run(&[file, "--view", "left", "-o", "single.exr"]);
+        assert_eq!(desk.picture(several).rgb, desk.picture("single.exr").rgb, "{several}");
+    }
+}
+
 /// Protects: a file that can't be rendered is told and does not keep the others away; the run ends with its exit code.
 #[test]
 fn a_bad_file_among_others_is_told() {

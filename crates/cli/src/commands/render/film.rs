@@ -263,11 +263,11 @@ impl<'a> Session<'a> {
         samples(&self.kept.film, &self.part)
     }
 
-    /// Files that were written, this run's film among them, in words.
-    pub fn with_own(&self, mut written: Vec<String>) -> String {
+    /// Files that were written, this run's film among them.
+    pub fn with_own(&self, mut written: Vec<String>) -> Vec<String> {
         let kept = self.args.checkpoint.as_ref().filter(|_| self.unkept.is_none());
         written.extend(kept.map(|path| shown(path)));
-        written.join(", ")
+        written
     }
 
     /// The end of an interrupted run, with how to go on where it was kept.

@@ -5,121 +5,27 @@ mod series;
 pub mod tell;
 pub mod write;
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsStr;
 use std::io::{self, IsTerminal};
-use std::path::Path;
 
-use raywright_core::denoise::{DenoiseError, FEWEST_SAMPLES};
+use raywright_core::denoise::FEWEST_SAMPLES;
 use raywright_core::film::Uncertainty;
-use raywright_core::framing::View;
-use raywright_core::scene::Camera;
 use raywright_core::settings::Settings;
-use raywright_core::{Ready, Rendered, Scene};
-use raywright_io::output::{Format, Metadata, pixel_hash, write_atomically};
+use raywright_core::{Ready, Rendered};
+use raywright_io::output::{Format, Metadata, pixel_hash};
 use raywright_io::{Error, Limits, Loaded};
 
 use crate::args::RenderArgs;
 use crate::beginning::Beginning;
-use crate::clock::{Clock, Seconds, spoken};
-use crate::commands::denoise;
+use crate::clock::Clock;
 use crate::console;
 use crate::failure::Failure;
 use crate::notes::Notes;
-use crate::plan::{self, Plan};
-use crate::progress::Progress;
-use crate::ready::{framed, prepared};
-use crate::stats::Stats;
-use crate::targets::{self, Outputs, Target};
-use crate::threads::Threads;
-use crate::watch::Watch;
-use crate::{interrupt, origin, scene_input};
+use crate::origin;
+use crate::plan::Plan;
+use crate::targets::{Outputs, Target};
 use film::Session;
-
-/// Renders scenes and writes their pictures.
-pub fn run(args: &RenderArgs) -> Result<(), Failure> {
-    let shots = series::shots(&args.view);
-    if series::is_asked_for(args, &shots) {
-        return series::run(args, shots);
-    }
-    let mut notes = Notes::new(args.report.verbosity);
-    let done = single(args, &mut notes);
-    notes.finish();
-    let Done { line, unkept } = done?;
-    line.iter().for_each(|line| args.report.verbosity.say(line));
-    unkept.map_or(Ok(()), |error| Err(error.into()))
-}
-
-/// How a render of one picture ended.
-struct Done {
-    /// What there is to say of it; none where it went to standard output alone.
-    line: Option<String>,
-    /// Why its film is not in its file.
-    unkept: Option<Error>,
-}
-
-/// Renders one picture of one scene.
-fn single(args: &RenderArgs, notes: &mut Notes) -> Result<Done, Failure> {
-    let mut clock = Clock::start();
-    let mut outputs = Outputs::default();
-    let mut targets = targets::pictures(&args.outputs, &mut outputs)?;
-    refuse_terminal(args, &targets)?;
-    check_floats_and_layers(args, &targets)?;
-    check_stats_target(args, &mut outputs)?;
-    film::check(&args.film, args.light.max_error, &targets, &mut outputs)?;
-    let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
-
-    let name = name_of(args.scenes.first())?;
-    let beginning = begin(&name, args, Some(&clock))?;
-    let input = scene_input::input(&name, &limits(args))?;
-    let (style, verbosity) = (args.report.progress, args.report.verbosity);
-    let loading = Progress::start("loading", style, verbosity);
-    let mut loaded = threads.run(|| scene_input::load(&input, &args.changes, limits(args), &loading))?;
-    notes.warn_of(&loaded);
-    if targets.is_empty() && args.film.part.is_none() {
-        targets = vec![targets::unnamed(&loaded.source.stem, default_format(args), &mut outputs, &loaded.inputs)?];
-    }
-    outputs.keep_clear_of(&loaded.inputs)?;
-    scene_input::note_completed(&loaded, notes);
-    let plan = settle(args, &mut loaded, framed)?;
-    let load = clock.lap();
-
-    let ready = threads.run(|| prepared(&loaded, &plan.settings, &Watch::until(stop)))?;
-    let prepare = clock.lap();
-    note_prepared(&mut loaded, &ready, &plan.settings, notes);
-    refuse_to_denoise(args, &plan.settings, &ready, notes)?;
-
-    let mut session = start(args, &loaded, &ready, &plan)?;
-    drop(beginning);
-    let progress = Progress::start("rendering", style, verbosity);
-    let done = threads.run(|| session.render(&ready, &progress, &args.report, (&clock, stop)));
-    progress.finish();
-    done?;
-    session.note_slow(&clock, notes);
-    let rendered = threads.run(|| denoise::rendered(session.film(), &args.report, stop));
-    let noisy = threads.run(|| session.film().uncertainty());
-    let render = clock.lap();
-    let (is_free, metadata) = (|path: &Path| outputs.leave_free(path, &loaded.inputs), metadata(args, &session));
-    if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
-        let kept = write::keep(&rendered, &targets, plan.display, &metadata, is_free);
-        return Err(session.explained(write::interrupted(kept.map(|kept| session.with_own(kept)))));
-    }
-    let names = write::write(&rendered, &targets, plan.display, &metadata, is_free)?;
-    print_hash(args, &rendered, &names, &loaded.source.stem)?;
-    let written = session.with_own(names);
-    let write = clock.lap();
-    let seconds = Seconds { load, prepare, render, write, total: clock.total() };
-    loaded.warnings.extend(tell::note_losses(&rendered.counters, notes));
-    if let Some(path) = &args.report.stats {
-        let stats = Stats::new(&loaded, &ready, &rendered, noisy, seconds);
-        write_atomically(path, console::json(&stats).as_bytes())?;
-    }
-    note_rendered(&loaded, &rendered, &plan, &targets, notes);
-    tell::note_shut_away(&loaded, &ready, session.film(), notes);
-    let description = described(args, &plan.settings, &session, (&ready, &rendered), noisy.as_ref(), notes);
-    notes.detail(tell::details(&ready, &rendered, &seconds).trim_end());
-    let line = (!written.is_empty()).then(|| format!("wrote {written} ({description}, {})", spoken(seconds.total)));
-    Ok(Done { line, unkept: session.into_unkept() })
-}
+pub use series::run;
 
 /// What a picture's file says of where it comes from.
 fn metadata(args: &RenderArgs, session: &Session) -> Metadata {
@@ -136,27 +42,9 @@ fn print_hash(args: &RenderArgs, rendered: &Rendered, files: &[String], name: &s
     console::print(names.iter().map(|name| format!("{hash}  {}\n", console::on_one_line(name))).collect::<String>())
 }
 
-/// The scene that is named, or the one that is meant where none is.
-fn name_of(name: Option<&OsString>) -> Result<OsString, Failure> {
-    name.cloned().map_or_else(scene_input::unnamed, Ok)
-}
-
 /// What a picture is written in where its name is not the user's.
 fn default_format(args: &RenderArgs) -> Format {
     if wants_floats(args) { Format::Exr } else { Format::Png }
-}
-
-/// What the arguments amount to for a scene, with the rungs and switches that change the scene itself. `framed` makes the camera that shows
-/// the whole of it.
-fn settle(
-    args: &RenderArgs,
-    loaded: &mut Loaded,
-    framed: impl FnOnce(&Scene, Option<View>, f64, f64) -> Camera,
-) -> Result<Plan, Failure> {
-    let mut plan = plan::settle(&loaded.scene, args, |view, fov, aspect| framed(&loaded.scene, view, fov, aspect))?;
-    plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
-    plan.display.output = plan.settings.output;
-    Ok(plan)
 }
 
 /// A session for one picture of a scene.
@@ -179,6 +67,13 @@ fn note_prepared(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes:
 fn note_rendered(loaded: &Loaded, rendered: &Rendered, plan: &Plan, targets: &[Target], notes: &mut Notes) {
     tell::note_nothing_met(loaded, rendered, &plan.settings, notes);
     tell::note_exposure(rendered, plan.display, targets, notes);
+}
+
+/// Whether the files of a picture hold what is asked for.
+fn check(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure> {
+    refuse_terminal(args, targets)?;
+    refuse_layers_without_place(args, targets)?;
+    refuse_codes_for_floats(args, targets)
 }
 
 /// Binary data would garble a terminal, and text the binary data.
@@ -209,12 +104,6 @@ fn refuse_to_denoise(args: &RenderArgs, settings: &Settings, ready: &Ready, note
         return Err(error.with_hint(format!("--spp {FEWEST_SAMPLES}, or more")).into());
     }
     Ok(())
-}
-
-/// Whether the formats of the pictures hold what is asked for.
-fn check_floats_and_layers(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure> {
-    refuse_layers_without_place(args, targets)?;
-    refuse_codes_for_floats(args, targets)
 }
 
 /// Layers fit into an EXR or a film only.
@@ -250,10 +139,9 @@ fn check_stats_target(args: &RenderArgs, outputs: &mut Outputs) -> Result<(), Fa
     outputs.add(path, "--stats")
 }
 
-/// The beginning of a render: until there is something to keep. A series has no budget, and a scene of several that takes too much does not
-/// keep the others away.
-fn begin(name: &OsStr, args: &RenderArgs, clock: Option<&Clock>) -> Result<Beginning, Failure> {
-    let time = clock.and_then(|clock| Some((clock.began(), args.film.budget?)));
+/// The beginning of a render: until there is something to keep. A scene of several that takes too much does not keep the others away.
+fn begin(name: &OsStr, args: &RenderArgs, clock: &Clock) -> Result<Beginning, Failure> {
+    let time = args.film.budget.map(|budget| (clock.began(), budget));
     let memory = if args.scenes.len() > 1 { u64::MAX } else { limits(args).memory_bytes };
     Beginning::of(name, memory, time)
 }

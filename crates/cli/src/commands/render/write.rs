@@ -77,12 +77,19 @@ fn picture(rendered: &Rendered, format: Format) -> Cow<'_, Picture> {
     }
 }
 
-/// The end of a run that was stopped, with the files of what there is.
-pub fn interrupted(kept: Result<String, Error>) -> Failure {
-    let message = match kept {
-        Ok(kept) if kept.is_empty() => NOTHING_KEPT.to_owned(),
-        Ok(kept) => format!("interrupted; what was finished is in {kept}"),
+/// The end of a run that was stopped, with the files of what there is; of a series with how many pictures of how many are finished.
+pub fn interrupted(kept: Result<Vec<String>, Error>, series: Option<[usize; 2]>) -> Failure {
+    let kept = match kept {
         Err(error) => return Failure { exit: Exit::Interrupted, message: error.to_string() },
+        Ok(kept) => kept.join(", "),
+    };
+    let message = match (series, kept.as_str()) {
+        (None, "") => NOTHING_KEPT.to_owned(),
+        (None, kept) => format!("interrupted; what was finished is in {kept}"),
+        (Some([finished, of]), "") => format!("interrupted; {finished} of {of} pictures are finished"),
+        (Some([finished, of]), kept) => {
+            format!("interrupted; {finished} of {of} pictures are finished; what there is besides is in {kept}")
+        }
     };
     Failure::new(Exit::Interrupted, message)
 }
@@ -136,7 +143,7 @@ mod tests {
         let targets = [Target::File(at("a.png"), output::Format::Png), Target::Stdout];
         let end = |rendered: &Rendered| {
             let kept = keep(rendered, &targets, Display::default(), &Metadata::default(), |_| true);
-            let failure = interrupted(kept.map(|kept| kept.join(", ")));
+            let failure = interrupted(kept, None);
             assert_eq!(failure.exit, Exit::Interrupted);
             failure.message
         };

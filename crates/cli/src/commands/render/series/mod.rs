@@ -1,59 +1,60 @@
-//! Several pictures a run: of several scenes, from several views, once around, or of several moments. A scene is loaded once for each
-//! moment and prepared once where only the camera moves; each picture has the bits of a run of its own.
+//! The pictures of a run: one, or several of several scenes, from several views, once around, or of several moments. A scene is loaded once
+//! for each moment and prepared once where only the camera moves; each picture has the bits of a run of its own.
 
 mod shots;
 mod together;
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use raywright_core::Ready;
 use raywright_core::denoise::DenoiseError;
+use raywright_core::film::Uncertainty;
 use raywright_core::framing::Silhouette;
 use raywright_core::settings::Settings;
-use raywright_core::{Scene, estimate};
+use raywright_core::{Ready, Rendered, Scene, estimate};
+use raywright_io::output::write_atomically;
 use raywright_io::{Error, Input, Inputs, Loaded};
 
-use super::{
-    described, limits, metadata, name_of, note_prepared, note_rendered, print_hash, refuse_to_denoise, settle, size_and_samples,
-    start, tell, write,
-};
+use super::film::Session;
+use super::{film, limits, tell, write};
 use crate::args::{RenderArgs, ReportArgs};
 use crate::beginning::Beginning;
-use crate::clock::{Clock, spoken};
+use crate::clock::{Clock, Seconds, spoken};
 use crate::commands::denoise;
 use crate::console;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::Plan;
+use crate::plan::{self, Plan};
 use crate::progress::Progress;
 use crate::ready::prepared;
+use crate::stats::Stats;
 use crate::table::significant;
 use crate::targets::{Outputs, Target};
 use crate::threads::Threads;
 use crate::watch::Watch;
 use crate::{interrupt, scene_input};
 use shots::Shot;
-pub(super) use shots::{is_asked_for, shots};
 use together::Together;
 
-/// Renders several pictures.
-pub(super) fn run(args: &RenderArgs, shots: Vec<Shot>) -> Result<(), Failure> {
-    shots::refuse_what_is_of_one_picture(args)?;
-    let shots = if shots.is_empty() { vec![Shot::default()] } else { shots };
+/// Renders scenes and writes their pictures.
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let shots = shots::shots(&args.view);
     let mut notes = Notes::new(args.report.verbosity);
     let mut series = Series::start(args, &shots)?;
     let done = series.render(&shots, &mut notes);
     series.progress.finish();
     notes.finish();
-    args.report.verbosity.say(done?);
+    done?.iter().for_each(|line| args.report.verbosity.say(line));
     series.verdict()
 }
 
-/// A run of several pictures.
+/// The pictures of a run. A single one is a series of one, which alone may be kept as a film or go to standard output.
 struct Series<'a> {
     args: &'a RenderArgs,
+    /// Whether it is one picture that nothing holds together with others.
+    is_single: bool,
     clock: Clock,
     /// Until the first picture is begun.
     beginning: Option<Beginning>,
@@ -78,35 +79,50 @@ struct Series<'a> {
     error: Option<f64>,
     /// How the first of the scenes that failed did.
     failed: Vec<Exit>,
+    /// Why a film is not in its file.
+    unkept: Option<Error>,
+}
+
+/// A picture that was rendered.
+struct Taken<'a> {
+    plan: Plan,
+    session: Session<'a>,
+    rendered: Rendered,
+    /// How wrong it is without being denoised.
+    noisy: Option<Uncertainty>,
+    seconds: Seconds,
 }
 
 impl<'a> Series<'a> {
     /// Everything that can be known before a scene is read.
     fn start(args: &'a RenderArgs, shots: &[Shot]) -> Result<Self, Failure> {
         let clock = Clock::start();
-        let mut outputs = Outputs::default();
-        let scenes = args.scenes.len().max(1);
-        let count = scenes * shots.len();
-        let mut targets = shots::named(&args.outputs, count, &mut outputs)?;
-        let together = Together::start(args, count, shots::rate(&args.view), &mut outputs)?;
-        let has_own = targets.iter().any(|targets| !targets.is_empty());
-        if has_own {
-            targets.iter().try_for_each(|targets| super::check_floats_and_layers(args, targets))?;
+        let is_single = shots::is_single(args, shots);
+        if !is_single {
+            shots::refuse_what_is_of_one_picture(args)?;
         }
+        let mut outputs = Outputs::default();
+        let count = args.scenes.len().max(1) * shots.len();
+        let targets = shots::named(&args.outputs, (!is_single).then_some(count), &mut outputs)?;
+        let together = Together::start(args, count, shots::rate(&args.view), &mut outputs)?;
+        if is_single || targets.iter().any(|targets| !targets.is_empty()) {
+            targets.iter().try_for_each(|targets| super::check(args, targets))?;
+        }
+        super::check_stats_target(args, &mut outputs)?;
+        film::check(&args.film, args.light.max_error, &targets[0], &mut outputs)?;
         let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
-        let names = if args.scenes.is_empty() { vec![name_of(None)?] } else { args.scenes.clone() };
+        let names = if args.scenes.is_empty() { vec![scene_input::unnamed()?] } else { args.scenes.clone() };
         if names.iter().filter(|name| *name == "-").count() > 1 {
             return Err(Error::usage("standard input is one scene, and `-` is named twice").into());
         }
-        let beginning = Some(super::begin(&names[0], args, None)?);
+        let beginning = Some(super::begin(&names[0], args, &clock)?);
         let inputs = names.iter().map(|name| scene_input::input(name, &limits(args))).collect::<Result<Vec<_>, _>>()?;
-        if !has_own && !together.is_some() {
-            targets = shots::unnamed(args, &inputs, shots, &mut outputs)?;
-        }
         let progress = Progress::start("rendering", args.report.progress, args.report.verbosity).of_pieces(count);
         let (names, failed, description) = (Vec::new(), Vec::new(), Default::default());
+        let (loaded, clear_of, finished, error, unkept) = (HashMap::new(), Inputs::default(), 0, None, None);
         let mut series = Self {
             args,
+            is_single,
             clock,
             beginning,
             stop,
@@ -114,18 +130,33 @@ impl<'a> Series<'a> {
             progress,
             outputs,
             inputs,
-            loaded: HashMap::new(),
-            clear_of: Inputs::default(),
+            loaded,
+            clear_of,
             targets,
             together,
             names,
-            finished: 0,
+            finished,
             description,
-            error: None,
+            error,
             failed,
+            unkept,
         };
-        series.keep_clear_of_all(shots)?;
+        if !is_single {
+            // Scenes are no pictures; what they name besides is known when they are read.
+            series.name_pictures(shots, &Inputs::default())?;
+            series.keep_clear_of_all(shots)?;
+        }
         Ok(series)
+    }
+
+    /// Calls the pictures after their scenes, where no file was asked for.
+    fn name_pictures(&mut self, shots: &[Shot], inputs: &Inputs) -> Result<(), Failure> {
+        let has_own = self.targets.iter().any(|targets| !targets.is_empty());
+        if !has_own && !self.together.is_some() && self.args.film.part.is_none() {
+            let format = super::default_format(self.args);
+            self.targets = shots::unnamed(format, &self.inputs, shots, (&mut self.outputs, inputs))?;
+        }
+        Ok(())
     }
 
     /// What a later scene names is known when it is read, which is too late for a file of its that an earlier picture would replace. So where
@@ -160,11 +191,15 @@ impl<'a> Series<'a> {
     fn load(&self, scene: usize, at: Option<f64>) -> Result<Loaded, Failure> {
         let mut changes = self.args.changes.clone();
         changes.at = at.or(changes.at);
-        self.threads.run(|| scene_input::load(&self.inputs[scene], &changes, limits(self.args), &Progress::hidden()))
+        let ReportArgs { progress: style, verbosity, .. } = self.args.report;
+        // Of a series, the pictures are the progress.
+        let loading = if self.is_single { Progress::start("loading", style, verbosity) } else { Progress::hidden() };
+        self.threads.run(|| scene_input::load(&self.inputs[scene], &changes, limits(self.args), &loading))
     }
 
-    /// Renders the pictures of all scenes; what is said in the end. A scene that can't be rendered does not keep the others away.
-    fn render(&mut self, shots: &[Shot], notes: &mut Notes) -> Result<String, Failure> {
+    /// Renders the pictures of all scenes; what is said in the end, but of one that went to standard output alone. A scene that can't be rendered
+    /// does not keep the others away.
+    fn render(&mut self, shots: &[Shot], notes: &mut Notes) -> Result<Option<String>, Failure> {
         for scene in 0..self.inputs.len() {
             let Err(failure) = self.render_scene(scene, shots, notes) else { continue };
             if failure.exit == Exit::Interrupted || self.inputs.len() == 1 {
@@ -180,8 +215,9 @@ impl<'a> Series<'a> {
         let [one, all] = &self.description;
         let described = if self.finished == 1 { one.clone() } else { format!("{} pictures, {all}{error}", self.finished) };
         Ok(match files.as_str() {
-            "" => "nothing was written".to_owned(),
-            files => format!("wrote {files} ({described}, {})", spoken(self.clock.total())),
+            "" if self.finished > 0 => None,
+            "" => Some("nothing was written".to_owned()),
+            files => Some(format!("wrote {files} ({described}, {})", spoken(self.clock.total()))),
         })
     }
 
@@ -189,89 +225,129 @@ impl<'a> Series<'a> {
     fn render_scene(&mut self, scene: usize, shots: &[Shot], notes: &mut Notes) -> Result<(), Failure> {
         let mut moment: Option<Moment> = None;
         for (i, shot) in shots.iter().enumerate() {
-            let mut own = self.args.clone();
-            own.changes.at = shot.at.or(own.changes.at);
-            if moment.is_none() || shot.at.is_some() {
-                let early = if i == 0 { self.loaded.remove(&scene) } else { None };
-                let loaded = early.unwrap_or_else(|| self.load(scene, shot.at))?;
-                // Each of thousands of moments reads the same files.
-                if loaded.inputs != self.clear_of {
-                    self.outputs.keep_clear_of(&loaded.inputs)?;
-                    self.clear_of = loaded.inputs.clone();
-                }
-                if self.inputs.len() > 1 && i == 0 {
-                    notes.turn_to(&loaded.source.name);
-                }
-                moment = Some(Moment { silhouette: Silhouette::of(&loaded.scene), loaded, ready: None });
-            }
-            let Some(moment) = &mut moment else { continue };
-            own.view.view = shot.seen_from(&moment.silhouette);
-            let plan = match moment.prepare(&own, &self.threads, self.stop) {
-                Err(failure) if failure.exit == Exit::Interrupted => {
-                    let is_free = |path: &Path| self.outputs.leave_free(path, &moment.loaded.inputs);
-                    return Err(interrupted(self.finished, self.targets.len(), Ok(Vec::new()), self.together.keep(is_free)));
-                }
-                prepared => prepared?,
-            };
-            self.beginning.take();
-            let caption = match (self.inputs.len(), shot.caption.as_str()) {
-                (_, "") => moment.loaded.source.stem.clone(),
-                (1, caption) => caption.to_owned(),
-                (_, caption) => format!("{} {caption}", moment.loaded.source.stem),
-            };
             // What holds for one picture of a scene mostly holds for all.
             let mut silent = Notes::new(console::Verbosity::Quiet);
             let notes = if i == 0 { &mut *notes } else { &mut silent };
-            self.render_shot(scene * shots.len() + i, &caption, (&own, moment, &plan), notes)?;
+            let now = match moment.take() {
+                Some(moment) if shot.at.is_none() => moment,
+                _ => self.moment(scene, shots, i, notes)?,
+            };
+            self.render_shot(scene * shots.len() + i, shot, moment.insert(now), notes)?;
         }
         Ok(())
     }
 
+    /// A scene at the moment of one of its pictures.
+    fn moment(&mut self, scene: usize, shots: &[Shot], i: usize, notes: &mut Notes) -> Result<Moment, Failure> {
+        let early = if i == 0 { self.loaded.remove(&scene) } else { None };
+        let loaded = early.unwrap_or_else(|| self.load(scene, shots[i].at))?;
+        if self.inputs.len() > 1 && i == 0 {
+            notes.turn_to(&loaded.source.name);
+        }
+        notes.warn_of(&loaded);
+        if self.is_single {
+            self.name_pictures(shots, &loaded.inputs)?;
+        }
+        // Each of thousands of moments reads the same files.
+        if loaded.inputs != self.clear_of {
+            self.outputs.keep_clear_of(&loaded.inputs)?;
+            self.clear_of = loaded.inputs.clone();
+        }
+        scene_input::note_completed(&loaded, notes);
+        Ok(Moment { loaded, silhouette: OnceCell::new(), ready: None })
+    }
+
     /// Renders one picture and writes it.
-    fn render_shot(
+    fn render_shot(&mut self, number: usize, shot: &Shot, moment: &mut Moment, notes: &mut Notes) -> Result<(), Failure> {
+        let mut own = self.args.clone();
+        own.changes.at = shot.at.or(own.changes.at);
+        own.view.view = shot.seen_from(|| moment.silhouette());
+        let plan = moment.settle(&own)?;
+        let load = self.clock.lap();
+        match moment.prepare(&plan, &self.threads, self.stop) {
+            Err(failure) if failure.exit == Exit::Interrupted && !self.is_single => {
+                let is_free = |path: &Path| self.outputs.leave_free(path, &moment.loaded.inputs);
+                return Err(write::interrupted(self.together.keep(is_free), Some([self.finished, self.targets.len()])));
+            }
+            prepared => prepared?,
+        }
+        let prepare = self.clock.lap();
+        let Moment { loaded, ready: Some(ready), .. } = moment else { return Ok(()) };
+        super::note_prepared(loaded, ready, &plan.settings, notes);
+        super::refuse_to_denoise(&own, &plan.settings, ready, notes)?;
+        let mut session = super::start(&own, loaded, ready, &plan)?;
+        if self.beginning.take().is_some() {
+            self.progress.begin();
+        }
+        self.threads.run(|| session.render(ready, &self.progress, &own.report, (&self.clock, self.stop)))?;
+        // In a series, each has progress of its own, and the run has one line.
+        let mut report = own.report.clone();
+        match self.is_single {
+            true => self.progress.finish(),
+            false => report.verbosity = console::Verbosity::Quiet,
+        }
+        session.note_slow(&self.clock, notes);
+        let rendered = self.threads.run(|| denoise::rendered(session.film(), &report, self.stop));
+        let noisy = self.threads.run(|| session.film().uncertainty());
+        let seconds = Seconds { load, prepare, render: self.clock.lap(), ..Seconds::default() };
+        let caption = match (self.inputs.len(), shot.caption.as_str()) {
+            (_, "") => loaded.source.stem.clone(),
+            (1, caption) => caption.to_owned(),
+            (_, caption) => format!("{} {caption}", loaded.source.stem),
+        };
+        self.finish(number, &caption, (loaded, ready), Taken { plan, session, rendered, noisy, seconds }, notes)
+    }
+
+    /// Writes a picture, finished or not, and says what there is to say of it.
+    fn finish(
         &mut self,
         number: usize,
         caption: &str,
-        (own, moment, plan): (&RenderArgs, &mut Moment, &Plan),
+        (loaded, ready): (&mut Loaded, &Ready),
+        taken: Taken<'_>,
         notes: &mut Notes,
     ) -> Result<(), Failure> {
-        let Moment { loaded, ready: Some(ready), .. } = moment else { return Ok(()) };
-        notes.warn_of(loaded);
-        scene_input::note_completed(loaded, notes);
-        note_prepared(loaded, ready, &plan.settings, notes);
-        refuse_to_denoise(own, &plan.settings, ready, notes)?;
-        let mut session = start(own, loaded, ready, plan)?;
-        let (clock, stop) = (&self.clock, self.stop);
-        self.threads.run(|| session.render(ready, &self.progress, &own.report, (clock, stop)))?;
-        // Each has progress of its own, and the run has one line.
-        let quiet = ReportArgs { verbosity: console::Verbosity::Quiet, ..own.report.clone() };
-        let rendered = self.threads.run(|| denoise::rendered(session.film(), &quiet, stop));
-        let targets = &self.targets[number];
-        let (is_free, metadata) = (|path: &Path| self.outputs.leave_free(path, &loaded.inputs), metadata(own, &session));
+        let Taken { plan, session, rendered, noisy, mut seconds } = taken;
+        let (args, targets) = (self.args, &self.targets[number]);
+        let metadata = super::metadata(args, &session);
+        let is_free = |path: &Path| self.outputs.leave_free(path, &loaded.inputs);
         if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
-            let kept = write::keep(&rendered, targets, plan.display, &metadata, is_free);
-            return Err(interrupted(self.finished, self.targets.len(), kept, self.together.keep(is_free)));
+            let own = write::keep(&rendered, targets, plan.display, &metadata, is_free);
+            let kept = own.and_then(|own| Ok(session.with_own([own, self.together.keep(is_free)?].concat())));
+            let of = (!self.is_single).then_some([self.finished, self.targets.len()]);
+            return Err(session.explained(write::interrupted(kept, of)));
         }
         let names = write::write(&rendered, targets, plan.display, &metadata, is_free)?;
-        print_hash(own, &rendered, &names, caption)?;
-        self.names.push(names);
+        super::print_hash(args, &rendered, &names, caption)?;
+        self.names.push(session.with_own(names));
         self.together.add(rendered.shown(), plan.display, caption)?;
-        tell::note_losses(&rendered.counters, notes);
-        note_rendered(loaded, &rendered, plan, targets, notes);
+        (seconds.write, seconds.total) = (self.clock.lap(), self.clock.total());
+        loaded.warnings.extend(tell::note_losses(&rendered.counters, notes));
+        if let Some(path) = &args.report.stats {
+            let stats = Stats::new(loaded, ready, &rendered, noisy, seconds);
+            write_atomically(path, console::json(&stats).as_bytes())?;
+        }
+        super::note_rendered(loaded, &rendered, &plan, targets, notes);
         tell::note_shut_away(loaded, ready, session.film(), notes);
-        let noisy = self.threads.run(|| session.film().uncertainty());
-        let description = described(own, &plan.settings, &session, (ready, &rendered), noisy.as_ref(), notes);
-        self.description = [description, size_and_samples(&plan.settings, &session)];
+        let description = super::described(args, &plan.settings, &session, (ready, &rendered), noisy.as_ref(), notes);
+        if self.is_single {
+            notes.detail(tell::details(ready, &rendered, &seconds).trim_end());
+        }
+        self.description = [description, super::size_and_samples(&plan.settings, &session)];
         let error = rendered.denoised().map(|denoised| denoised.error).or(noisy);
         let error = error.filter(|_| ready.follows_paths()).map(|error| error.root_relmse.value);
         self.error = self.error.into_iter().chain(error).reduce(f64::max);
         self.finished += 1;
         self.progress.finish_piece();
+        self.unkept = session.into_unkept();
         Ok(())
     }
 
-    /// Whether all scenes were rendered.
-    fn verdict(&self) -> Result<(), Failure> {
+    /// Whether all scenes were rendered, and a film that was to be kept is.
+    fn verdict(self) -> Result<(), Failure> {
+        if let Some(error) = self.unkept {
+            return Err(error.into());
+        }
         let Some(&exit) = self.failed.first() else { return Ok(()) };
         Err(Failure::new(exit, format_args!("{} of {} scenes were not rendered", self.failed.len(), self.inputs.len())))
     }
@@ -282,17 +358,6 @@ fn ranges(names: &[Vec<String>]) -> Vec<String> {
     let (Some(first), Some(last)) = (names.first(), names.last()) else { return Vec::new() };
     let range = |(first, last): (&String, &String)| if names.len() == 1 { first.clone() } else { format!("{first} to {last}") };
     first.iter().zip(last).map(range).collect()
-}
-
-/// The end of a run that was stopped, with what there is of the picture under way and of what holds all of them.
-fn interrupted(finished: usize, of: usize, own: Result<Vec<String>, Error>, together: Result<Vec<String>, Error>) -> Failure {
-    let kept = own.and_then(|own| Ok([own, together?].concat()));
-    let kept = match kept {
-        Err(error) => return Failure { exit: Exit::Interrupted, message: error.to_string() },
-        Ok(kept) if kept.is_empty() => String::new(),
-        Ok(kept) => format!("; what there is besides is in {}", kept.join(", ")),
-    };
-    Failure::new(Exit::Interrupted, format_args!("interrupted; {finished} of {of} pictures are finished{kept}"))
 }
 
 /// Bytes of scenes that are kept at most until it is their turn; the others are read once more then.
@@ -306,25 +371,37 @@ fn bytes_of(scene: &Scene) -> u64 {
 /// A scene at a moment.
 struct Moment {
     loaded: Loaded,
-    silhouette: Silhouette,
+    /// Made where a camera is to show the whole of it.
+    silhouette: OnceCell<Silhouette>,
     ready: Option<Ready>,
 }
 
 impl Moment {
-    /// Makes it ready for a picture, by turning the camera alone where that is all that changed.
-    fn prepare(&mut self, own: &RenderArgs, threads: &Threads, stop: &AtomicBool) -> Result<Plan, Failure> {
-        let Self { loaded, silhouette, ready } = self;
-        let plan = settle(own, loaded, |_, view, fov, aspect| {
+    fn silhouette(&self) -> &Silhouette {
+        self.silhouette.get_or_init(|| Silhouette::of(&self.loaded.scene))
+    }
+
+    /// What the arguments amount to for it, with the rungs and switches that change the scene itself.
+    fn settle(&mut self, own: &RenderArgs) -> Result<Plan, Failure> {
+        let mut plan = plan::settle(&self.loaded.scene, own, |view, fov, aspect| {
+            let silhouette = self.silhouette();
             silhouette.frame(view.unwrap_or_else(|| silhouette.front()), fov, aspect)
         })?;
-        let turned = match (&mut *ready, &plan.settings.camera) {
-            (Some(ready), Some(camera)) => ready.turn_to(&loaded.scene, camera),
+        plan::choose(&own.choices, &mut self.loaded.scene, &mut plan.settings)?;
+        plan.display.output = plan.settings.output;
+        Ok(plan)
+    }
+
+    /// Makes it ready for a picture, by turning the camera alone where that is all that changed.
+    fn prepare(&mut self, plan: &Plan, threads: &Threads, stop: &AtomicBool) -> Result<(), Failure> {
+        let turned = match (&mut self.ready, &plan.settings.camera) {
+            (Some(ready), Some(camera)) => ready.turn_to(&self.loaded.scene, camera),
             _ => false,
         };
         if !turned {
-            *ready = Some(threads.run(|| prepared(loaded, &plan.settings, &Watch::until(stop)))?);
+            self.ready = Some(threads.run(|| prepared(&self.loaded, &plan.settings, &Watch::until(stop)))?);
         }
-        Ok(plan)
+        Ok(())
     }
 }
 

@@ -1,14 +1,13 @@
-//! Which pictures a run is asked for besides the usual one, and what their files are called.
+//! Which pictures a run is asked for, and what their files are called.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use raywright_core::framing::{Silhouette, View};
-use raywright_io::output::AnimationFormat;
+use raywright_io::output::{AnimationFormat, Format};
 use raywright_io::{Error, Input, Inputs};
 
 use crate::args::{RenderArgs, ViewArgs};
-use crate::commands::render::default_format;
 use crate::failure::Failure;
 use crate::targets::{self, Outputs, Target};
 
@@ -29,14 +28,14 @@ pub struct Shot {
 
 impl Shot {
     /// From where the picture is taken, where that is not the scene's own camera.
-    pub fn seen_from(&self, silhouette: &Silhouette) -> Option<View> {
+    pub fn seen_from<'a>(&self, silhouette: impl FnOnce() -> &'a Silhouette) -> Option<View> {
         let Some(turn) = self.turn else { return self.view };
-        let view = self.view.unwrap_or_else(|| silhouette.front());
+        let view = self.view.unwrap_or_else(|| silhouette().front());
         Some(View { azimuth: view.azimuth + turn, ..view })
     }
 }
 
-/// The pictures of each scene that the flags ask for; none where they ask for the usual one.
+/// The pictures of each scene that the flags ask for: the usual one, which has no label, where they ask for no others.
 pub fn shots(args: &ViewArgs) -> Vec<Shot> {
     let numbered =
         |number: usize, caption: String| Shot { label: format!("{number:04}"), caption, view: args.view, ..Shot::default() };
@@ -55,7 +54,7 @@ pub fn shots(args: &ViewArgs) -> Vec<Shot> {
         let times = frames.times().enumerate();
         times.map(|(i, time)| Shot { at: Some(time), ..numbered(i, format!("{time:.2} s")) }).collect()
     } else {
-        Vec::new()
+        vec![Shot { view: args.view, ..Shot::default() }]
     }
 }
 
@@ -68,10 +67,11 @@ pub fn rate(args: &ViewArgs) -> f64 {
     }
 }
 
-/// Whether several pictures are asked for, or a file that holds several.
-pub fn is_asked_for(args: &RenderArgs, shots: &[Shot]) -> bool {
+/// Whether one picture is asked for, and no file that holds several.
+pub fn is_single(args: &RenderArgs, shots: &[Shot]) -> bool {
+    let is_usual = shots.iter().all(|shot| shot.label.is_empty());
     let is_animation = |path: &PathBuf| AnimationFormat::of(path).is_some();
-    !shots.is_empty() || args.scenes.len() > 1 || args.sheet.is_some() || args.outputs.iter().any(is_animation)
+    is_usual && args.scenes.len() <= 1 && args.sheet.is_none() && !args.outputs.iter().any(is_animation)
 }
 
 /// Flags that mean one picture.
@@ -95,8 +95,10 @@ pub fn refuse_what_is_of_one_picture(args: &RenderArgs) -> Result<(), Failure> {
     }
 }
 
-/// The files of each picture, by names with a place for its number; those that hold all pictures are none of them.
-pub fn named(outputs: &[PathBuf], count: usize, all: &mut Outputs) -> Result<Vec<Vec<Target>>, Failure> {
+/// The files of each of so many pictures, by names with a place for its number; those that hold all pictures are none of them. Without a count
+/// there is one, and names are taken as they are.
+pub fn named(outputs: &[PathBuf], count: Option<usize>, all: &mut Outputs) -> Result<Vec<Vec<Target>>, Failure> {
+    let Some(count) = count else { return Ok(vec![targets::pictures(outputs, all)?]) };
     let own: Vec<&PathBuf> = outputs.iter().filter(|path| AnimationFormat::of(path).is_none()).collect();
     let numbered = |path: &&PathBuf, number: usize| match with_number(&path.to_string_lossy(), number) {
         Some(name) => Ok(PathBuf::from(name)),
@@ -117,9 +119,13 @@ pub fn named(outputs: &[PathBuf], count: usize, all: &mut Outputs) -> Result<Vec
 }
 
 /// The files of each picture where the user named none: after the scenes, of which two may have one name, and the pictures of each.
-pub fn unnamed(args: &RenderArgs, inputs: &[Input], shots: &[Shot], all: &mut Outputs) -> Result<Vec<Vec<Target>>, Failure> {
-    // Scenes are no pictures; what they name besides is known when they are read.
-    let none = Inputs::default();
+/// `read` is what is known to be read by then.
+pub fn unnamed(
+    format: Format,
+    inputs: &[Input],
+    shots: &[Shot],
+    (all, read): (&mut Outputs, &Inputs),
+) -> Result<Vec<Vec<Target>>, Failure> {
     let (mut stems, mut targets): (HashMap<String, usize>, Vec<Vec<Target>>) = Default::default();
     for input in inputs {
         let own = input.stem();
@@ -128,7 +134,7 @@ pub fn unnamed(args: &RenderArgs, inputs: &[Input], shots: &[Shot], all: &mut Ou
         let stem = if *count == 1 { own } else { format!("{own}-{count}") };
         for Shot { label, .. } in shots {
             let name = if label.is_empty() { stem.clone() } else { format!("{stem}-{label}") };
-            targets.push(vec![targets::unnamed(&name, default_format(args), all, &none)?]);
+            targets.push(vec![targets::unnamed(&name, format, all, read)?]);
         }
     }
     Ok(targets)
@@ -145,10 +151,8 @@ fn with_number(name: &str, number: usize) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
-
     use super::*;
-    use crate::args::{Arguments, Command, values};
+    use crate::args::values;
 
     /// Protects: numbers stand where a name has a place for them, with as many digits, and nowhere else.
     #[test]
@@ -164,21 +168,22 @@ mod tests {
     /// Protects: pictures of scenes with one name have names of their own, in the order of the scenes.
     #[test]
     fn equal_names_are_told_apart() {
-        let words = ["raywright", "render", "-o", "unused.png"];
-        let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
-            panic!("a right command line")
-        };
         let inputs =
             ["a/no-such-x.glb", "b/no-such-x.glb", "b/no-such-y.glb", "c/no-such-x.glb"].map(|name| Input::Path(name.into()));
-        let found = unnamed(&args, &inputs, &[Shot::default()], &mut Outputs::default()).expect("names that are free");
+        let found = unnamed(Format::Png, &inputs, &[Shot::default()], (&mut Outputs::default(), &Inputs::default()))
+            .expect("names that are free");
         let names = found.iter().flatten().filter_map(Target::path).map(|path| path.display().to_string());
         assert_eq!(names.collect::<Vec<_>>(), ["no-such-x.png", "no-such-x-2.png", "no-such-y.png", "no-such-x-3.png"]);
     }
 
-    /// Protects: each flag makes the pictures that it says, in order, and none asks for the usual one.
+    /// Protects: each flag makes the pictures that it says, in order, and none asks for the usual one, from the view that is asked for.
     #[test]
     fn flags_make_pictures() {
-        assert!(shots(&ViewArgs::default()).is_empty());
+        let view = Some(View { azimuth: 3.0, elevation: 4.0 });
+        for (asked, expected) in [(None, None), (view, view)] {
+            let found = shots(&ViewArgs { view: asked, ..ViewArgs::default() });
+            assert_eq!(found, [Shot { view: expected, ..Shot::default() }]);
+        }
         let views = values::views("front,30,-20,iso").expect("views");
         let found = shots(&ViewArgs { views: Some(views), ..ViewArgs::default() });
         let labels: Vec<_> = found.iter().map(|shot| shot.label.as_str()).collect();
