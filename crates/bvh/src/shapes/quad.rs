@@ -45,13 +45,28 @@ impl<R: Real> Quad<R> {
     }
 
     #[inline(always)]
-    fn error(&self) -> f64 {
-        let scale = self.corners.iter().fold(R::ZERO, |m, c| m.max(c.abs().max_element()));
+    fn scale(&self) -> R {
+        self.corners.iter().fold(R::ZERO, |m, c| m.max(c.abs().max_element()))
+    }
+
+    /// What the test of the corners may be wrong by.
+    #[inline(always)]
+    fn slack(&self) -> f64 {
         let [first, second] = self.diagonals();
         let longest = first.dot(first).max(second.dot(second));
+        corner_slack(self.scale().to_f64(), longest, 1.0 / first.cross(second).length())
+    }
+
+    #[inline(always)]
+    fn error(&self) -> f64 {
         // The second term for corners that rounding has moved out of the common plane.
-        corner_slack(scale.to_f64(), longest, 1.0 / first.cross(second).length())
-            + (scale * R::ROUNDOFF * R::from_f64(4.0)).to_f64()
+        self.slack() + (self.scale() * R::ROUNDOFF * R::from_f64(4.0)).to_f64()
+    }
+
+    /// How far rounding has moved the corners out of a common plane: how far the diagonals are apart.
+    fn fold(&self) -> f64 {
+        let [a, b, ..] = self.corners.map(Vector::to_f64);
+        self.normal().dot(b - a).abs()
     }
 
     /// Two triangles with a diagonal, each watertight: the distance, both coordinates, and whether the ray comes from outside.
@@ -125,7 +140,7 @@ impl<R: Real> SampleArea<R> for Quad<R> {
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let point = self.point([u.to_f64(), v.to_f64()]);
-        let located = SurfacePoint::new(point, self.normal(), self.error());
+        let located = SurfacePoint::new(point, self.normal(), self.slack() + self.fold());
         (located, 1.0 / self.area())
     }
 }

@@ -231,6 +231,28 @@ fn rays_leave_drawn_points() {
     }
 }
 
+/// Protects the error bound of points drawn on quads whose corners are rounded: both halves lie within it of the plane through the point, which
+/// is where shadow rays end; of a quad that is flat as it is stored only the error of the test is left, so that rays end near it.
+#[test]
+fn drawn_points_of_quads_are_off_by_their_fold() {
+    use raywright_bvh::shapes::{Quad, SampleArea};
+    let random = &mut Random(11);
+    let mut folded = 0;
+    for i in 0..2000 {
+        let corner = DVec3::new(random.unit(), random.unit(), random.unit()) * 100.0;
+        let [u, v] = [random.direction(), random.direction()];
+        let flat = i % 2 == 0;
+        let quad = if flat { Quad::<f32>::new(corner, DVec3::X * 3.0, DVec3::Z * 2.0) } else { Quad::new(corner, u, v) };
+        let (located, _) = quad.sample_area(random.unit() as f32, random.unit() as f32);
+        let off = |c: &glam::Vec3| (c.as_dvec3() - located.point).dot(located.normal).abs();
+        let farthest = quad.corners.iter().map(off).fold(0.0, f64::max);
+        assert!(farthest <= located.error, "{quad:?}: {farthest:e} of {:e}", located.error);
+        assert!(!flat || located.error < 1e-12, "{quad:?}: {:e}", located.error);
+        folded += u32::from(farthest > 1e-7);
+    }
+    assert!(folded > 100, "{folded}");
+}
+
 /// Protects the area of what is leant, where the sides of a cube stay equally long: a ball becomes an ellipsoid whose half axes are
 /// √(1 ± 0.6) and 1, and so does one that is turned besides; a cube's faces become parallelograms.
 #[test]
