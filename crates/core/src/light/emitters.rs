@@ -133,6 +133,14 @@ impl<R: Real> Emitters<R> {
         self.list.emitters[index as usize].varies
     }
 
+    /// Whether an emitter lies in a plane, so that a ray meets it once at most.
+    pub fn is_flat(&self, index: u32) -> bool {
+        is_flat(match &self.list.emitters[index as usize].form {
+            EmitterShape::Plain(shape) => shape,
+            EmitterShape::Placed(i) => self.list.placed[*i as usize].shape(),
+        })
+    }
+
     /// Radiance that leaves an emitter where a ray met it; zero on a side that gives off none.
     pub fn radiance(&self, index: u32, exit: &Exit<R>) -> R::Vec3 {
         let emitter = &self.list.emitters[index as usize];
@@ -156,14 +164,17 @@ impl<R: Real> Emitters<R> {
                 (placed.bounds()?, placed.shape(), placed.sample_area(half, half))
             }
         };
-        let flat = matches!(shape, AnyShape::Disk(_) | AnyShape::Quad(_) | AnyShape::Triangle(_));
-        let normal = drawn.map(|(anywhere, _)| anywhere.normal.to_f64()).filter(|n| flat && n.is_finite());
+        let normal = drawn.map(|(anywhere, _)| anywhere.normal.to_f64()).filter(|n| is_flat(shape) && n.is_finite());
         Some(match (normal, emitter.side) {
             (Some(normal), Side::Outside) => LightBounds::flat(space, normal),
             (Some(normal), Side::Inside) => LightBounds::flat(space, -normal),
             _ => LightBounds::round(space),
         })
     }
+}
+
+fn is_flat<R: Real>(shape: &AnyShape<R>) -> bool {
+    matches!(shape, AnyShape::Disk(_) | AnyShape::Quad(_) | AnyShape::Triangle(_))
 }
 
 #[cfg(test)]

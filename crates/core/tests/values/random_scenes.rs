@@ -246,3 +246,17 @@ fn no_sample_is_lost() {
     }
     assert!(lost.is_empty(), "{} renders of seed {SEED} lost samples:\n{}", lost.len(), lost.join("\n"));
 }
+
+/// Protects: a flat lamp that is there in part is met once by a shadow ray that begins in its own plane, so that no such ray ends at the limit of
+/// surfaces that are passed: the one scene of the net where one did.
+#[test]
+fn flat_lamps_are_met_once_from_their_own_plane() {
+    let scene = of_number(473);
+    for view in VIEWS {
+        let own = settings(&scene, view);
+        let precision = PrecisionChoice::Reference;
+        let settings = Settings { precision, max_depth: 6, size: [12, 12], sampling: Sampling::General(8), ..own };
+        let counters = rendered(&scene, &Settings { integrator: Integrator::Path, ..settings }).counters;
+        assert!(counters.losses().next().is_none(), "{view:?}: {counters:?}");
+    }
+}

@@ -26,6 +26,8 @@ impl<R: Real> PathTracer<'_, R> {
         at: &Interaction<R>,
     ) -> R::Vec3 {
         let varied = emitter.filter(|&emitter| self.scene.lights.emitters.varies(emitter));
+        // From a place of its own plane a flat lamp may be met far from where it was drawn, and from there again and again.
+        let flat = emitter.is_some_and(|emitter| self.scene.lights.emitters.is_flat(emitter));
         let sizeless = light.density == Density::Delta;
         let (mut from, mut share, mut segments) = (*at, R::Vec3::ONE, path.traced - path.matched + 1);
         for _ in 0..=MOST_PASSAGES {
@@ -45,7 +47,7 @@ impl<R: Real> PathTracer<'_, R> {
             let met = Interaction::of::<General>(self.scene, &leg, &hit);
             share *= self.passes_media(&media, (met.surface.point - from.surface.point).length());
             let is_own = emitter.is_some() && self.scene.lights.emitters.of(met.object, hit.primitive) == emitter;
-            let is_there = is_own && is_at(&met, &light.target);
+            let is_there = is_own && (flat || is_at(&met, &light.target));
             let (passes, counts) = if varied.is_some() && (hit.t >= before || is_there) {
                 // What lies before it was passed: it is met, or nothing of it.
                 let own = is_own && self.scene.shines(&met);
@@ -98,8 +100,7 @@ impl<R: Real> PathTracer<'_, R> {
     }
 }
 
-/// Whether a surface is where a lamp's point was drawn, as far as rounding tells: a ray along a lamp's own plane meets it before, and from
-/// there again and again.
+/// Whether a surface is where a lamp's point was drawn, as far as rounding tells.
 fn is_at<R: Real>(met: &Interaction<R>, target: &Target<R>) -> bool {
     let Target::Surface(target) = target else { return false };
     let apart = (target.point - met.surface.point).length();
