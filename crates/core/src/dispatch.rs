@@ -11,7 +11,7 @@ use crate::integrator::{Analytic, General, Kernel, PathTracer, WhittedTracer};
 use crate::lookup::Lookup;
 use crate::memory::{Memory, is_available};
 use crate::observer::Observer;
-use crate::prepare::{self, ClosedGap, PrepareError, Prepared, ShutAway, Tables};
+use crate::prepare::{self, ClosedGap, LightLeak, PrepareError, Prepared, ShutAway, Tables};
 use crate::render::{Rendered, render};
 use crate::scene::{Camera, Integrator, MeshSource, Scene};
 use crate::settings::{KernelChoice, PrecisionChoice, Settings};
@@ -278,6 +278,12 @@ impl Ready {
     /// Pairs of objects with a gap between them that this precision closes, as far as straight rays through the picture find them.
     pub fn closed_gaps(&self) -> Vec<ClosedGap> {
         each!(&self.inner, p => p.closed_gaps(self.settings.size))
+    }
+
+    /// Lamps that shine through an opaque object which this precision does not tell apart from them, as far as rays through the picture find
+    /// what they light.
+    pub fn light_leaks(&self) -> Vec<LightLeak> {
+        each!(&self.inner, p => p.light_leaks(self.settings.size))
     }
 
     /// What is held in memory.

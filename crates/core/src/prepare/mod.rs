@@ -9,6 +9,7 @@ mod furnish;
 mod gap;
 mod geometry;
 mod inputs;
+mod leak;
 mod material;
 mod prepared;
 mod shut;
@@ -35,6 +36,7 @@ pub(crate) use estimate::estimate;
 pub use gap::ClosedGap;
 use geometry::GeometryNeeds;
 pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
+pub use leak::{Lamp, LightLeak};
 pub(crate) use material::{
     Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material, PhysicalInputs, PhysicalTransmission,
     SpecularInputs, Thickness,

@@ -4,7 +4,7 @@ use raywright_core::counters::{Counters, SampleLoss};
 use raywright_core::display::Display;
 use raywright_core::effects::EffectReport;
 use raywright_core::film::{Doubt, Estimate, Film, Uncertainty};
-use raywright_core::prepare::{ClosedGap, ShutAway};
+use raywright_core::prepare::{ClosedGap, Lamp, LightLeak, ShutAway};
 use raywright_core::settings::{PrecisionChoice, Settings};
 use raywright_core::{Ready, Rendered, extent};
 use raywright_io::{Loaded, Warning};
@@ -76,6 +76,34 @@ pub(super) fn note_closed_gaps(loaded: &mut Loaded, ready: &Ready, settings: &Se
     );
     notes.warn(&message);
     loaded.warnings.push(Warning { message });
+}
+
+/// Lamps so near behind an opaque object that their light shines through it.
+pub(super) fn note_light_leaks(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes: &mut Notes) {
+    let leaks = ready.light_leaks();
+    let [LightLeak { lamp, cover, resolved }, others @ ..] = leaks.as_slice() else { return };
+    let lamp = match *lamp {
+        Lamp::Light(index) => light_name(loaded, index),
+        Lamp::Object(index) => object_name(loaded, index),
+    };
+    let more = if others.is_empty() { String::new() } else { format!(" (and {} more such pairs)", others.len()) };
+    let exact = if settings.precision == PrecisionChoice::Reference { "" } else { ", or add --precision reference" };
+    let message = format!(
+        "{lamp} shines through {}{more}, which is opaque but nearer before it than rounding tells apart; leave {} metres or more between \
+         them{exact}",
+        object_name(loaded, *cover),
+        significant(*resolved, 2)
+    );
+    notes.warn(&message);
+    loaded.warnings.push(Warning { message });
+}
+
+/// A light without size by its name, or by its place in the scene's list.
+fn light_name(loaded: &Loaded, index: usize) -> String {
+    match loaded.scene.lights.get(index) {
+        Some(light) if !light.name.is_empty() => format!("light `{}`", on_one_line(&light.name)),
+        _ => format!("light {}", index + 1),
+    }
 }
 
 /// An object by its name, or by its place in the scene's list, of which the generated ones are the last.
@@ -160,10 +188,7 @@ const TOO_MANY: f64 = 0.1;
 pub(super) fn note_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, notes: &mut Notes) {
     let shut = ready.shut_away(film);
     let light = |shut: &ShutAway| match *shut {
-        ShutAway::Light { index, .. } => match loaded.scene.lights.get(index) {
-            Some(light) if !light.name.is_empty() => format!("light `{}`", on_one_line(&light.name)),
-            _ => format!("light {}", index + 1),
-        },
+        ShutAway::Light { index, .. } => light_name(loaded, index),
         ShutAway::Object { index, .. } => object_name(loaded, index),
     };
     let rays: u64 = shut.iter().map(|&(ShutAway::Light { rays, .. } | ShutAway::Object { rays, .. })| rays).sum();
