@@ -6,9 +6,10 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::Listener;
-use super::renderer::{Now, Renderer, Stopwatch, TimedRender, Unfinished, stopwatch};
+use super::renderer::{Now, Renderer, TimedRender, Unfinished};
 use super::setting::Setting;
 use crate::bench::Spread;
+use crate::bench::clock::{Stopwatch, of_process};
 use crate::display::Display;
 use crate::effects::{Effect, EffectSet, SWITCHABLE, detect};
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};
@@ -66,8 +67,8 @@ pub fn measure_effects(
     observer: &dyn Observer,
     listener: &mut dyn Listener,
 ) -> Result<EffectCosts, PrepareError> {
-    let costs =
-        Bench { scene, observer, stopwatch, now: &Instant::now, start: Instant::now(), budget }.run(settings, listener)?;
+    let bench = Bench { scene, observer, stopwatch: of_process, now: &Instant::now, start: Instant::now(), budget };
+    let costs = bench.run(settings, listener)?;
     if observer.cancelled() { Err(PrepareError::Cancelled) } else { Ok(costs) }
 }
 

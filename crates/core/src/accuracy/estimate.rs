@@ -3,11 +3,8 @@
 
 use serde::Serialize;
 
-use crate::metrics::statistics;
+use crate::metrics::{RELATIVE_FLOOR, statistics};
 use crate::picture::Picture;
-
-/// Keeps the relative error of dark pixels finite, as in [`errors`](crate::metrics::errors).
-const RELATIVE_FLOOR: f64 = 0.01;
 
 /// A number with the interval that holds it in about 95 of 100 cases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

@@ -18,6 +18,7 @@ mod setting;
 use core::time::Duration;
 use std::time::Instant;
 
+use crate::bench::clock::of_process;
 use crate::display::Display;
 use crate::film::{Film, PartError};
 use crate::ladder::Choice;
@@ -101,6 +102,6 @@ pub fn measure(
     observer: &dyn Observer,
     listener: &mut dyn Listener,
 ) -> Result<(Report, KeptReference), MeasureError> {
-    session::Session::new(scene, settings, Display::of(&scene.render), *effort, observer, (renderer::stopwatch, &Instant::now))
+    session::Session::new(scene, settings, Display::of(&scene.render), *effort, observer, (of_process, &Instant::now))
         .run(start, listener)
 }

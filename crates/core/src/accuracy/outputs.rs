@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::renderer::Stopwatch;
 use crate::bench::Spread;
+use crate::bench::clock::Stopwatch;
 use crate::display::{Display, Output};
 use crate::ladder::{Ladder, Rung};
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};

@@ -9,7 +9,7 @@ use super::measurements::Reference;
 use super::report::Reference as Told;
 use super::setting::{Setting, reference};
 use super::{MeasureError, Start};
-use crate::bench::clock::process_seconds;
+use crate::bench::clock::Stopwatch;
 use crate::dispatch::{Ready, prepare};
 use crate::display::Display;
 use crate::film::{Film, Part};
@@ -23,18 +23,8 @@ use crate::settings::{Aov, Settings};
 const REPLICATES: u32 = 64;
 const SAMPLES: u32 = 256;
 
-/// Tells how long some work takes, in seconds of all threads. Tests bring one that goes by the amount of work, in rays.
-pub(super) type Stopwatch = fn(work: &mut dyn FnMut() -> u64) -> f64;
-
 /// Tells the time. Tests bring one that goes by how often it is asked.
 pub(super) type Now<'a> = &'a (dyn Fn() -> Instant + Sync);
-
-/// CPU time of the whole process, which waiting for other programs does not lengthen.
-pub(super) fn stopwatch(work: &mut dyn FnMut() -> u64) -> f64 {
-    let start = process_seconds();
-    work();
-    process_seconds() - start
-}
 
 /// Why a render is not there.
 #[derive(Debug)]
@@ -60,6 +50,7 @@ pub(super) struct Renderer<'a> {
     pub scene: &'a Scene,
     pub settings: &'a Settings,
     pub observer: &'a dyn Observer,
+    /// In seconds of all threads.
     pub stopwatch: Stopwatch,
     pub now: Now<'a>,
 }

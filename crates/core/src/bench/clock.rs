@@ -14,22 +14,30 @@ pub fn process_seconds() -> f64 {
     seconds(Scope::Process)
 }
 
-/// What tells how long some work takes, given how much it is and the work itself. A test brings one that goes by the amount,
-/// so that what it decides does not depend on the machine's load.
-pub(super) type Stopwatch = fn(amount: usize, work: &mut dyn FnMut()) -> f64;
+/// What tells how long some work takes, which returns how much it was. A test brings one that goes by the amount, so that what it decides
+/// does not depend on the machine's load.
+pub(crate) type Stopwatch = fn(work: &mut dyn FnMut() -> u64) -> f64;
 
 /// Runs the work and returns the seconds that the thread worked.
-pub(super) fn stopwatch(_: usize, work: &mut dyn FnMut()) -> f64 {
-    let start = thread_seconds();
+pub(super) fn of_thread(work: &mut dyn FnMut() -> u64) -> f64 {
+    timed(Scope::Thread, work)
+}
+
+/// Runs the work and returns the seconds that all threads worked, which waiting for other programs does not lengthen.
+pub(crate) fn of_process(work: &mut dyn FnMut() -> u64) -> f64 {
+    timed(Scope::Process, work)
+}
+
+fn timed(scope: Scope, work: &mut dyn FnMut() -> u64) -> f64 {
+    let start = seconds(scope);
     work();
-    thread_seconds() - start
+    seconds(scope) - start
 }
 
 /// Runs the work and says that each unit of it took ten nanoseconds.
 #[cfg(test)]
-pub(super) fn steady(amount: usize, work: &mut dyn FnMut()) -> f64 {
-    work();
-    amount as f64 * 1e-8
+pub(super) fn steady(work: &mut dyn FnMut() -> u64) -> f64 {
+    work() as f64 * 1e-8
 }
 
 #[derive(Clone, Copy)]

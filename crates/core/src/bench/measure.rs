@@ -5,7 +5,7 @@ use std::hint::black_box;
 use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Ray, TraversalStats};
 use serde::Serialize;
 
-use super::clock::{Stopwatch, stopwatch};
+use super::clock::{Stopwatch, of_thread};
 use super::statistics::Spread;
 
 /// How carefully is measured.
@@ -36,7 +36,7 @@ pub(super) struct Method {
 impl Method {
     /// By the thread's own time.
     pub fn of(care: &BenchOptions) -> Self {
-        Self { care: *care, stopwatch }
+        Self { care: *care, stopwatch: of_thread }
     }
 }
 
@@ -232,8 +232,9 @@ impl<'a> Sample<'a> {
                     black_box(closest(geometry, black_box(ray)));
                 }
             }
+            (rays * geometry.len()) as u64
         };
-        (self.stopwatch)(rays * geometry.len(), &mut trace) / rays as f64
+        (self.stopwatch)(&mut trace) / rays as f64
     }
 
     fn cost(&self, who: &Contestant<'_>, seconds: &[f64]) -> Cost {
@@ -270,8 +271,9 @@ pub(super) fn timed_builds<I, G>(method: &Method, input: impl Fn() -> I, build: 
             for input in inputs.by_ref() {
                 built = Some(black_box(build(input)));
             }
+            size as u64
         };
-        let seconds = stopwatch(size, &mut work);
+        let seconds = stopwatch(&mut work);
         // There is one, because no batch is empty.
         (built.unwrap_or_else(|| build(input())), seconds / size as f64)
     };

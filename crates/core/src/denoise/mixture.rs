@@ -11,15 +11,13 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterato
 use rayon::slice::ParallelSliceMut;
 
 use super::{CANDIDATES, CandidatePixel, FOUR, ReplicateQuad};
+pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
 /// Pixels to each side that count as surroundings.
 const REACH: usize = 20;
 
 /// Rows that are mixed together.
 const BAND: usize = 64;
-
-/// Keeps relative errors finite where pictures are dark.
-pub(super) const FLOOR: f64 = 0.01;
 
 /// The colour without the pixel's own noise says what errors are relative to as far as it is like the colour itself, to this factor.
 const UNLIKE: f64 = 1.5;

@@ -5,8 +5,7 @@
 //! the products of neighbouring pixels count, whose mean is right where the colour changes slowly. A bright sample raises the product
 //! together with the error: whoever weighs an error takes the weights from replicates that are not in it, or says what that does.
 
-/// Keeps the relative error of dark pixels finite, as in [`crate::metrics::Errors::relmse`].
-pub(super) const FLOOR: f64 = 0.01;
+pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
 /// Pixels to each side that count as neighbours.
 pub(super) const REACH: usize = 2;

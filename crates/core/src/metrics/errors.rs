@@ -6,8 +6,8 @@ use serde::Serialize;
 use super::{MetricsError, check};
 use crate::picture::Picture;
 
-/// Keeps the relative error of dark pixels finite.
-const RELATIVE_FLOOR: f64 = 0.01;
+/// Keeps the relative error of dark pixels finite: what is added to a squared colour before a squared error is divided by it.
+pub(crate) const RELATIVE_FLOOR: f64 = 0.01;
 /// One pixel in so many, the worst, is left out of the trimmed relative error.
 const TRIM: usize = 1000;
 

@@ -8,6 +8,7 @@ mod noise;
 mod statistics;
 
 pub use comparison::{Beyond, Comparison, CoverageErrors, Side, compare};
+pub(crate) use errors::RELATIVE_FLOOR;
 pub use errors::{Errors, WorstPixel, differences, errors, share_beyond};
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip};
 pub use heat::heat_map;
