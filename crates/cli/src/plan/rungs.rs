@@ -50,6 +50,7 @@ fn twice(ladder: Ladder, flag: &str) -> Failure {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
+    use raywright_core::accuracy::Setting;
     use raywright_core::ladder::Choice;
 
     use super::*;
@@ -70,6 +71,29 @@ mod tests {
         assert!(choose(&rungs(&["build=fast", "build=high"]), &mut scene, &mut settings).is_err());
         let both = ChoiceArgs { without: vec![Effect::Shadows], ..rungs(&["shadows=on"]) };
         assert!(choose(&both, &mut scene, &mut settings).is_err());
+    }
+
+    /// Protects: what `--rung` renders is what the ladder measures, by every rung of every ladder: one scene and one set of settings.
+    #[test]
+    fn what_is_rendered_is_what_is_measured() {
+        let texture = serde_json::json!({ "name": "t", "image": "i", "filter": "bilinear" });
+        let own: Scene = serde_json::from_value(serde_json::json!({ "format": 1, "textures": [texture] })).expect("a scene");
+        let rendered = |rungs: &[Choice]| {
+            let mut scene = own.clone();
+            let args =
+                RenderArgs { choices: ChoiceArgs { rungs: rungs.to_vec(), ..ChoiceArgs::default() }, ..RenderArgs::default() };
+            let mut plan = super::super::settle(&scene, &args, |_, _, _| panic!("nothing is framed")).expect("a plan");
+            choose(&args.choices, &mut scene, &mut plan.settings).expect("no contradiction");
+            (scene, plan.settings)
+        };
+        let (_, settings) = rendered(&[]);
+        for choice in Ladder::ALL.into_iter().flat_map(Ladder::choices) {
+            let words = ["raywright", "render", "--rung", &choice.to_string()];
+            let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
+                panic!("a right command line")
+            };
+            assert_eq!(rendered(&args.choices.rungs), Setting::one(choice).applied(&own, &settings), "{choice}");
+        }
     }
 
     /// Protects: a flag and a rung of the same ladder contradict each other; of two ladders they don't.

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::bench::Spread;
 use crate::bench::clock::Stopwatch;
 use crate::display::{Display, Output};
-use crate::ladder::{Ladder, Rung};
+use crate::ladder::{Choice, Ladder, Value};
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};
 use crate::picture::Picture;
 
@@ -41,10 +41,11 @@ pub(super) fn outputs(picture: &Picture, display: Display, in_use: Output, stopw
     let shown = display.to_values(picture);
     let saturated = shown.rgb.iter().filter(|rgb| rgb.iter().any(|&v| v >= 1.0)).count();
     let share = saturated as f64 / shown.rgb.len().max(1) as f64;
-    let report = |(kind, rung): (Output, &Rung)| {
+    let report = |choice: Choice| {
+        let Value::Output(kind) = choice.value() else { return None };
         let bare = OutputReport {
-            rung: rung.name,
-            about: rung.about,
+            rung: choice.rung(),
+            about: choice.about(),
             in_use: kind == in_use,
             bytes_per_pixel: 3 * kind.bytes(),
             seconds: None,
@@ -54,7 +55,7 @@ pub(super) fn outputs(picture: &Picture, display: Display, in_use: Output, stopw
             clipped: 0.0,
         };
         if !kind.is_coded() {
-            return bare;
+            return Some(bare);
         }
         let coder = Display { output: kind, ..display };
         let opaque = Picture { alpha: None, layers: Vec::new(), ..picture.clone() };
@@ -70,16 +71,16 @@ pub(super) fn outputs(picture: &Picture, display: Display, in_use: Output, stopw
         let differences =
             || stored.rgb.iter().zip(&shown.rgb).flat_map(|(a, b)| (0..3).map(|i| f64::from(a[i]) - f64::from(b[i])));
         let count = (3 * shown.rgb.len()).max(1) as f64;
-        OutputReport {
+        Some(OutputReport {
             seconds: Some(Spread::of(&seconds)),
             rmse: (differences().map(|d| d * d).sum::<f64>() / count).sqrt(),
             greatest: differences().map(f64::abs).fold(0.0, f64::max),
             flip: statistics(&flip(&stored, &shown, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default()).mean,
             clipped: share,
             ..bare
-        }
+        })
     };
-    Output::ALL.into_iter().zip(Ladder::Output.rungs()).map(report).collect()
+    Ladder::Output.choices().filter_map(report).collect()
 }
 
 /// The display values that codes stand for.

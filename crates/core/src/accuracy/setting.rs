@@ -7,7 +7,7 @@ use crate::scene::Scene;
 use crate::settings::{PrecisionChoice, Sampling, Settings};
 
 /// Other rungs than the scene's own, at most one a ladder; none: the scene as it is asked for.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Setting(Vec<Choice>);
 
 impl Setting {

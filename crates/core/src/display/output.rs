@@ -18,9 +18,6 @@ pub enum Output {
 }
 
 impl Output {
-    /// Every kind, from the fewest bytes to the most.
-    pub const ALL: [Self; 4] = [Self::Eight, Self::Dithered, Self::Sixteen, Self::Float];
-
     /// Bytes of a channel before a file packs them.
     pub const fn bytes(self) -> u32 {
         match self {

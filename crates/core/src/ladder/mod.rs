@@ -5,17 +5,18 @@
 
 mod choice;
 mod rungs;
+mod value;
 
-use raywright_bvh::{AcceleratorKind, BuildQuality};
+use raywright_bvh::BuildQuality;
 use serde::Serialize;
 
 use crate::denoise;
 use crate::effects::{Effect, EffectReport, EffectSet, Status, chosen};
-use crate::filter::PixelFilter;
-use crate::scene::{Filter, Integrator, Scene, SpawnRule};
+use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
 pub use choice::{Choice, UnknownRung};
 use rungs::facts;
+pub use value::Value;
 
 /// One ladder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -63,12 +64,15 @@ pub enum Ladder {
 }
 
 /// One rung of a ladder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rung {
     /// Name in reports and on the command line.
     pub name: &'static str,
     /// What it is, and what it gets wrong.
     pub about: &'static str,
+    /// What it sets.
+    #[serde(skip)]
+    pub value: Value,
 }
 
 impl Ladder {
@@ -113,7 +117,7 @@ impl Ladder {
 
     /// Its rungs as choices, in the same order.
     pub fn choices(self) -> impl DoubleEndedIterator<Item = Choice> {
-        self.rungs().iter().map(move |rung| Choice { ladder: self, rung: rung.name })
+        self.rungs().iter().map(move |rung| Choice { ladder: self, rung })
     }
 
     /// Whether the picture depends on it; otherwise only time and memory do, or what a file keeps of it.
@@ -161,68 +165,34 @@ impl Ladder {
         }
     }
 
+    /// The rung of a name.
+    pub fn rung(self, name: &str) -> Option<&'static Rung> {
+        self.rungs().iter().find(|rung| rung.name == name)
+    }
+
     /// Name of the rung in use; a number of samples or segments need not be that of a rung.
     pub fn in_use(self, scene: &Scene, settings: &Settings) -> String {
-        let mixed = || "mixed".to_owned();
-        let rung = |at: usize| self.rungs()[at].name.to_owned();
-        match self {
-            Self::Integrator => if chosen(scene, settings) == Integrator::Path { "path" } else { "whitted" }.to_owned(),
-            Self::Precision => rung(settings.precision as usize),
-            Self::RayOffset => match scene.classic.spawn {
-                SpawnRule::Constant(_) => "constant".to_owned(),
-                SpawnRule::ErrorBound => "error-bound".to_owned(),
-            },
-            Self::Shadows if settings.without.has(Effect::Shadows) => rung(0),
-            Self::Shadows => rung(1 + settings.area_shadows as usize),
-            Self::Roulette => rung(settings.roulette as usize),
-            Self::Clamp => settings.clamp.map_or_else(|| "off".to_owned(), |most| most.to_string()),
-            Self::Sampler => rung(settings.sampler as usize),
-            Self::Accumulation => rung(settings.accumulation as usize),
-            Self::Reconstruction => rung(usize::from(!settings.denoise)),
-            Self::Output => rung(settings.output as usize),
-            Self::LightSampling => rung(settings.light_sampling as usize),
-            Self::Fresnel => rung(settings.fresnel as usize),
-            Self::Microfacets => rung(settings.microfacets as usize),
-            Self::Colour => if settings.without.has(Effect::Dispersion) { "rgb" } else { "spectral" }.to_owned(),
-            Self::TextureFilter => match scene.textures.first() {
-                Some(first) if scene.textures.iter().any(|t| t.filter != first.filter) => mixed(),
-                first => rung(first.map_or(2, |t| place(&FILTERS, t.filter).unwrap_or(2))),
-            },
-            Self::PathLength if settings.max_depth == Settings::UNLIMITED => "unlimited".to_owned(),
-            Self::PathLength => settings.max_depth.to_string(),
-            Self::PixelFilter => place(&PixelFilter::ALL, settings.filter).map_or_else(mixed, rung),
-            Self::Samples => settings.sampling.count().to_string(),
-            Self::Build => match settings.accelerator {
-                AcceleratorKind::Tree(quality) => build_rung(quality).to_owned(),
-                _ => "none".to_owned(),
-            },
-            Self::Accelerator => match settings.accelerator {
-                AcceleratorKind::Linear => "linear".to_owned(),
-                AcceleratorKind::Tree(_) => "bvh".to_owned(),
-            },
-        }
+        let Some(value) = Value::in_use(self, scene, settings) else {
+            return if self == Self::Build { "none" } else { "mixed" }.to_owned();
+        };
+        let rung = self.rungs().iter().find(|rung| rung.value == value);
+        rung.map_or_else(|| value.number(), |rung| rung.name.to_owned())
     }
 }
 
 /// How trees are built, by the name of a rung of [`Ladder::Build`]; none where it has no such rung.
 pub fn build_quality(rung: &str) -> Option<BuildQuality> {
-    Ladder::Build.rungs().iter().position(|known| known.name == rung).map(|at| BuildQuality::ALL[at])
+    let Value::Build(quality) = Ladder::Build.rung(rung)?.value else { return None };
+    Some(quality)
 }
 
 /// The rung of [`Ladder::Build`] that builds trees so.
 pub fn build_rung(quality: BuildQuality) -> &'static str {
-    place(&BuildQuality::ALL, quality).map_or("", |at| Ladder::Build.rungs()[at].name)
+    Ladder::Build.rungs().iter().find(|rung| rung.value == Value::Build(quality)).map_or("", |rung| rung.name)
 }
-
-fn place<T: PartialEq>(list: &[T], item: T) -> Option<usize> {
-    list.iter().position(|known| *known == item)
-}
-
-/// What the rungs are in a scene, in the same order.
-const FILTERS: [Filter; 3] = [Filter::Nearest, Filter::Mipmaps, Filter::Bilinear];
 
 /// A ladder as one render stands on it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CurrentRung {
     /// Name of the ladder.
     pub ladder: &'static str,

@@ -1,8 +1,8 @@
 //! Tests of the ladders: choosing a rung, and what is said of mistakes.
 
-use super::choice::OFFSET;
+use super::value::OFFSET;
 use super::*;
-use crate::scene::{ColourSpace, ConstantOffset, Texture, Wrap};
+use crate::scene::{ColourSpace, ConstantOffset, Filter, SpawnRule, Texture, Wrap};
 
 fn scene() -> Scene {
     let texture = |filter| Texture {

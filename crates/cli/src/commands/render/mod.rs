@@ -9,7 +9,9 @@ use std::ffi::OsStr;
 use std::io::{self, IsTerminal};
 
 use raywright_core::denoise::FEWEST_SAMPLES;
+use raywright_core::display::Output;
 use raywright_core::film::Uncertainty;
+use raywright_core::ladder::Value;
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered};
 use raywright_io::output::{Format, Metadata, pixel_hash};
@@ -118,7 +120,7 @@ fn refuse_layers_without_place(args: &RenderArgs, targets: &[Target]) -> Result<
 
 /// Whether pictures are to keep linear numbers alone.
 fn wants_floats(args: &RenderArgs) -> bool {
-    args.choices.rungs.iter().any(|choice| choice.to_string() == "output=float")
+    args.choices.rungs.iter().any(|choice| choice.value() == Value::Output(Output::Float))
 }
 
 /// A PNG holds codes.
