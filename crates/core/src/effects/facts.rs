@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-use super::kind::{Effect, LAYER_EFFECTS};
 use crate::generate::count_of;
 use crate::lookup::Lookup;
 use crate::motion::{camera_moves, ends, exposure};
@@ -75,26 +74,37 @@ pub(super) struct SceneFacts {
     pub instant: bool,
 }
 
-/// Which effects of layers a scene calls for, with the path of the first place that does.
+/// Whether a material has a layer, of which some may be no metal, and some of that clear.
+type HasLayer = fn(&Physical, [bool; 2]) -> bool;
+
+/// The keys of layers over, under and in surfaces, each with whether a material has one.
+const LAYERS: [(&str, HasLayer); 9] = [
+    ("thin_walled", |m, [_, clear]| m.thin_walled && clear),
+    ("specular", |m, [plain, _]| m.tints_reflections() && plain),
+    ("conductor", |m, _| m.metal().is_some()),
+    ("clearcoat", |m, _| m.coat().is_some()),
+    ("sheen", |m, _| m.fibres().is_some()),
+    ("anisotropy", |m, _| m.combed().is_some()),
+    ("iridescence", |m, _| m.film().is_some()),
+    ("dispersion", |m, [_, clear]| m.dispersion > 0.0 && clear && !m.thin_walled),
+    ("diffuse_transmission", |m, [plain, _]| m.may_diffuse_through() && plain),
+];
+
+/// Which layers a scene has, with the path of the first place that does.
 #[derive(Clone, Debug, Default)]
-pub(super) struct LayerFacts(BTreeMap<Effect, String>);
+pub(super) struct LayerFacts(BTreeMap<&'static str, String>);
 
 impl LayerFacts {
     /// Adds those of a material, of which some may be no metal, and some of that clear.
-    pub fn gather(&mut self, m: &Physical, parts: [bool; 2], at: &dyn Fn(&str) -> String) {
-        for row in LAYER_EFFECTS.iter().filter(|row| (row.has)(m, parts)) {
-            self.0.entry(row.effect).or_insert_with(|| at(row.key));
+    fn gather(&mut self, m: &Physical, parts: [bool; 2], at: &dyn Fn(&str) -> String) {
+        for (key, _) in LAYERS.iter().filter(|(_, has)| has(m, parts)) {
+            self.0.entry(key).or_insert_with(|| at(key));
         }
     }
 
-    /// Path of what calls for one; none where nothing does.
-    pub fn source(&self, effect: Effect) -> Option<String> {
-        self.0.get(&effect).cloned()
-    }
-
-    /// Whether there is something of it that Whitted's rules have no reading of.
-    pub fn calls_for_paths(&self) -> bool {
-        LAYER_EFFECTS.iter().any(|row| row.whitted.is_none() && self.0.contains_key(&row.effect))
+    /// Path of what has one; none where nothing does.
+    pub fn source(&self, key: &str) -> Option<&String> {
+        self.0.get(key)
     }
 }
 
@@ -108,6 +118,43 @@ fn note(slot: &mut Source, present: bool, path: impl FnOnce() -> String) {
 thread_local! {
     /// How often this thread has walked a scene.
     pub(super) static WALKS: core::cell::Cell<u32> = const { core::cell::Cell::new(0) };
+}
+
+/// What several facts together call for.
+impl SceneFacts {
+    /// Surfaces that answer to lights, and lights for them.
+    pub fn lit_by_lights(&self) -> Option<&String> {
+        self.lit.as_ref().and(self.light.as_ref())
+    }
+
+    pub fn highlights(&self) -> Option<&String> {
+        self.glossy_light.as_ref().and(self.highlight.as_ref())
+    }
+
+    pub fn shadowed(&self) -> Option<&String> {
+        let answers = self.lit_by_lights().or(self.highlights());
+        answers.and(self.occluder.as_ref()).and(self.shadowing_light.as_ref())
+    }
+
+    /// What calls for an effect, or a layer that calls for it where paths are followed.
+    pub fn with_layer<'a>(&'a self, own: &'a Source, layer: &str, paths: bool) -> Option<&'a String> {
+        own.as_ref().or_else(|| self.layers.source(layer).filter(|_| paths))
+    }
+
+    /// Surfaces that light of lamps changes.
+    pub fn answers(&self, paths: bool) -> Option<&String> {
+        self.lit.as_ref().or(self.highlight.as_ref().filter(|_| paths))
+    }
+
+    /// Surfaces that light of the sky changes.
+    pub fn receives(&self, paths: bool) -> Option<&String> {
+        if paths { self.answers(true) } else { self.lit_physical.as_ref() }
+    }
+
+    /// Surfaces that send light on to others everywhere.
+    pub fn diffuses(&self, paths: bool) -> Option<&String> {
+        if paths { self.lit.as_ref() } else { self.diffuse_physical.as_ref() }
+    }
 }
 
 impl SceneFacts {

@@ -14,14 +14,14 @@ mod lit;
 mod set;
 mod setup;
 mod switch;
+mod table;
 
 pub(crate) use facts::MIRROR_ROUGHNESS;
 pub use kind::Effect;
 pub use lit::{has_light, lights_reach, neutral_sky};
-pub use set::{EffectSet, LAYERS};
+pub use set::{EffectSet, LAYERS, SWITCHABLE};
 pub use setup::detect;
 pub(crate) use setup::{RenderSetup, chosen};
-pub use switch::SWITCHABLE;
 
 use serde::Serialize;
 

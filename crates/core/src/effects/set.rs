@@ -1,6 +1,6 @@
 //! Sets of effects.
 
-use super::kind::{Effect, LAYER_EFFECTS};
+use super::kind::{Effect, Role};
 
 /// A set of effects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -64,15 +64,23 @@ impl FromIterator<Effect> for EffectSet {
     }
 }
 
-/// Effects of what lies over, under and in the metallic-roughness model: surfaces that have one are prepared as layered.
-pub const LAYERS: EffectSet = {
+/// The effects of a role.
+const fn of_role(role: Role) -> EffectSet {
     let (mut set, mut i) = (EffectSet::EMPTY, 0);
-    while i < LAYER_EFFECTS.len() {
-        set = set.or(EffectSet::of(&[LAYER_EFFECTS[i].effect]));
+    while i < Effect::ALL.len() {
+        if Effect::ALL[i].role() as u8 == role as u8 {
+            set = set.or(EffectSet::of(&[Effect::ALL[i]]));
+        }
         i += 1;
     }
     set
-};
+}
+
+/// Effects of what lies over, under and in the metallic-roughness model: surfaces that have one are prepared as layered.
+pub const LAYERS: EffectSet = of_role(Role::Layer);
+
+/// What can be switched off. The rest is what the scene is made of: without it there would be another scene to see.
+pub const SWITCHABLE: EffectSet = of_role(Role::Switch).or(LAYERS);
 
 #[cfg(test)]
 mod tests {

@@ -2,40 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Effect, EffectSet, LAYERS};
+use super::{Effect, EffectSet};
 use crate::scene::{
     Camera, Classic, Colour, FieldValue, Fields, Filter, MeshSource, Model, Physical, Projection, Scene, Sky, physical_fields,
 };
-
-/// What can be switched off. The rest is what the scene is made of: without it there would be another scene to see.
-pub const SWITCHABLE: EffectSet = EffectSet::of(&[
-    Effect::AmbientLight,
-    Effect::DirectLight,
-    Effect::Shadows,
-    Effect::Highlights,
-    Effect::RimLight,
-    Effect::Emission,
-    Effect::MirrorReflection,
-    Effect::FuzzyReflection,
-    Effect::Refraction,
-    Effect::Transparency,
-    Effect::ImageTextures,
-    Effect::MipMaps,
-    Effect::Checkerboard,
-    Effect::VertexColours,
-    Effect::SmoothShading,
-    Effect::NormalMaps,
-    Effect::Sky,
-    Effect::EnvironmentMap,
-    Effect::GroundShadow,
-    Effect::SkyLight,
-    Effect::DepthOfField,
-    Effect::Motion,
-    Effect::SoftShadows,
-    Effect::Absorption,
-    Effect::NestedMedia,
-])
-.or(LAYERS);
 
 /// The scene and the view without what calls for these effects. `SkyLight`, `SoftShadows`, `Motion` and the mirror reflection of physical
 /// materials are no data of their own: preparation leaves them out where they are not simulated.
