@@ -3,45 +3,50 @@
 use raywright_core::Settings;
 use raywright_core::bvh::AcceleratorKind;
 use raywright_core::display::Display;
-use raywright_core::ladder::{Choice, Ladder};
+use raywright_core::ladder::Ladder;
 use raywright_core::scene::Pattern;
 use raywright_core::settings::{PrecisionChoice, Sampling};
-use raywright_io::Loaded;
 use raywright_io::output::Metadata;
+use raywright_io::{EnvironmentSource, LoadOptions, Loaded};
 use serde::Serialize;
 
-use crate::args::{ChoiceArgs, SceneArgs};
-use crate::plan::Plan;
+use crate::plan::{Choices, Plan};
 
 /// Program and version.
 pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));
 
 /// The entries of a picture's file.
-pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &ChoiceArgs) -> Metadata {
+pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &Choices) -> Metadata {
     Metadata {
         software: SOFTWARE.to_owned(),
         scene_hash: loaded.hash.to_string(),
-        settings: settings(&plan.settings, plan.display) + &chosen(choices),
+        settings: settings(&plan.settings, plan.display) + &choices.words(RUNG, WITHOUT).concat(),
         seed: Some(plan.settings.seed),
         command: command_line(),
     }
 }
 
 /// What tells a scene from others, with all that flags change in it: parts of one picture have the same.
-pub fn identity(loaded: &Loaded, changes: &SceneArgs, choices: &ChoiceArgs) -> String {
-    let SceneArgs { at, set, model_scene, variant, env, studio, ground, env_rotation, env_strength, allow_outside: _ } = changes;
+pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &Choices) -> String {
+    let LoadOptions { overrides, model, environment, .. } = options;
     // What an environment is read from counts towards the hash.
-    let environment = (env.is_some(), studio, ground, env_rotation, env_strength);
-    format!("{} {:?} {environment:?}{}", loaded.hash, (at, set, model_scene, variant), of_picture(choices))
+    let source = environment.source.as_ref().map(|source| *source == EnvironmentSource::Studio);
+    let environment = (source, environment.ground, environment.rotation, environment.strength);
+    format!("{} {overrides:?} {model:?} {environment:?}{}", loaded.hash, of_picture(choices))
 }
 
 /// Those of them that parts of one picture have in common: how many samples there are, and whether they are denoised, is the film's
 /// business.
-fn of_picture(choices: &ChoiceArgs) -> String {
+fn of_picture(choices: &Choices) -> String {
     let of_film = [Ladder::Samples, Ladder::Reconstruction];
-    let decides = |choice: &&Choice| choice.ladder().changes_pictures() && !of_film.contains(&choice.ladder());
-    chosen(&ChoiceArgs { rungs: choices.rungs.iter().filter(decides).copied().collect(), without: choices.without.clone() })
+    let mut own = choices.clone();
+    own.rungs.retain(|choice| choice.ladder().changes_pictures() && !of_film.contains(&choice.ladder()));
+    own.words(RUNG, WITHOUT).concat()
 }
+
+/// What rungs and switched-off effects are told by, which change the scene besides the settings.
+const RUNG: &str = " rung:";
+const WITHOUT: &str = " without=";
 
 /// Settings as a picture's file says them, with the samples that there are.
 pub fn with_samples(settings: &str, samples: &str) -> String {
@@ -85,13 +90,6 @@ fn settings(settings: &Settings, display: Display) -> String {
         name(&display.tone_map),
         name(&display.curve),
     )
-}
-
-/// Rungs and switched-off effects, which change the scene besides the settings.
-fn chosen(choices: &ChoiceArgs) -> String {
-    let rungs = choices.rungs.iter().map(|choice| format!(" rung:{choice}"));
-    let without = choices.without.iter().map(|effect| format!(" without={}", effect.name().replace(' ', "-")));
-    rungs.chain(without).collect()
 }
 
 /// The name that scene files use for a variant.
@@ -139,16 +137,13 @@ mod tests {
         assert_eq!(name(&raywright_core::scene::TransferCurve::Gamma22), "2.2");
     }
 
-    /// Protects: what a picture and a report call the ways to search and to compute, and that choices are told as they are typed.
+    /// Protects: what a picture and a report call the ways to search and to compute.
     #[test]
-    fn choices_have_their_own_words() {
+    fn ways_have_their_own_words() {
         use raywright_core::bvh::BuildQuality;
         let kinds = [AcceleratorKind::Linear, AcceleratorKind::Tree(BuildQuality::High)];
         assert_eq!(kinds.map(accelerator), ["linear", "bvh"]);
         let precisions = [PrecisionChoice::Robust, PrecisionChoice::Reference];
         assert_eq!(precisions.map(precision), ["robust", "reference"]);
-        let rung = raywright_core::ladder::Choice::parse("samples=16").expect("a rung");
-        let without = vec![raywright_core::effects::Effect::MirrorReflection, raywright_core::effects::Effect::Sky];
-        assert_eq!(chosen(&ChoiceArgs { rungs: vec![rung], without }), " rung:samples=16 without=mirror-reflection without=sky");
     }
 }

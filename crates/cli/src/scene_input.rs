@@ -7,11 +7,10 @@ use std::sync::atomic::AtomicBool;
 
 use raywright_core::suggest::closest;
 use raywright_io::{
-    Environment, EnvironmentSource, Error, ErrorKind, Format, Input, LightShortage, Limits, LoadOptions, Loaded, ModelOptions,
-    Overrides, load_observed, models_in, presets,
+    Error, ErrorKind, Format, Input, LightShortage, Limits, LoadOptions, Loaded, load_observed, models_in, presets,
 };
 
-use crate::args::{DEFAULT_PRESET, SceneArgs};
+use crate::args::DEFAULT_PRESET;
 use crate::beginning::Beginning;
 use crate::failure::Failure;
 use crate::notes::Notes;
@@ -19,25 +18,16 @@ use crate::progress::Progress;
 use crate::watch::Watch;
 
 /// Reads and checks the scene of a name and notes its warnings.
-pub fn read(name: &OsStr, changes: &SceneArgs, limits: Limits, notes: &mut Notes) -> Result<Loaded, Failure> {
-    let _beginning = Beginning::of(name, limits.memory_bytes, None)?;
-    let loaded = load(&input(name, &limits)?, changes, limits, &Progress::hidden())?;
+pub fn read(name: &OsStr, options: &LoadOptions, notes: &mut Notes) -> Result<Loaded, Failure> {
+    let _beginning = Beginning::of(name, options.limits.memory_bytes, None)?;
+    let loaded = load(&input(name, &options.limits)?, options, &Progress::hidden())?;
     notes.warn_of(&loaded);
     Ok(loaded)
 }
 
 /// Reads and checks a scene, and shows how far it has come where that takes a while.
-pub fn load(input: &Input, changes: &SceneArgs, limits: Limits, progress: &Progress) -> Result<Loaded, Failure> {
-    let overrides = Overrides { at: changes.at, set: changes.set.clone() };
-    let model = ModelOptions { scene: changes.model_scene.clone(), variant: changes.variant.clone() };
-    let environment = Environment {
-        source: if changes.studio { Some(EnvironmentSource::Studio) } else { changes.env.clone() },
-        ground: changes.ground,
-        rotation: changes.env_rotation,
-        strength: changes.env_strength,
-    };
-    let options = LoadOptions { overrides, model, environment, allow_outside: changes.allow_outside, limits };
-    let loaded = load_observed(input, &options, &Watch { progress: Some(progress), ..Watch::until(&AtomicBool::new(false)) });
+pub fn load(input: &Input, options: &LoadOptions, progress: &Progress) -> Result<Loaded, Failure> {
+    let loaded = load_observed(input, options, &Watch { progress: Some(progress), ..Watch::until(&AtomicBool::new(false)) });
     progress.finish();
     loaded.map_err(|error| explained(error, input).into())
 }

@@ -17,8 +17,8 @@ pub use compare::CompareArgs;
 pub use denoise::DenoiseArgs;
 pub use merge::MergeArgs;
 pub use render::{
-    DisplayArgs, FilmArgs, Frames, LightArgs, MOST_SAMPLES, Precision, ProgressStyle, RenderArgs, ReportArgs, Share, ViewArgs,
-    Views,
+    Accelerator, DisplayArgs, FilmArgs, Frames, LightArgs, MOST_SAMPLES, Precision, ProgressStyle, RenderArgs, ReportArgs, Share,
+    ViewArgs, Views,
 };
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 

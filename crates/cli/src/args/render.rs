@@ -15,7 +15,6 @@ use super::DEFAULT_PRESET;
 use super::names;
 use super::scene::{ChoiceArgs, SceneArgs};
 use super::values;
-use crate::console::Verbosity;
 
 /// Samples a pixel that can be asked for.
 pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
@@ -359,10 +358,6 @@ pub struct ReportArgs {
     /// left in each line (json), or none
     #[arg(long, value_name = "STYLE", value_enum, default_value_t)]
     pub progress: ProgressStyle,
-
-    /// How much is said, as the flags of every command have it.
-    #[arg(skip)]
-    pub verbosity: Verbosity,
 }
 
 /// How progress is shown.

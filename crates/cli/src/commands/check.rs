@@ -2,14 +2,14 @@
 //! default one, so that what its numbers lose is a problem here too.
 
 use raywright_core::{Settings, collapsed, extent};
-use raywright_io::{Limits, Loaded};
+use raywright_io::Loaded;
 use serde::Serialize;
 
 use crate::args::CheckArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::scene_input;
+use crate::{plan, scene_input};
 
 /// Version of the layout of [`Checked`].
 const FORMAT: u32 = 1;
@@ -39,8 +39,8 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut report = CheckReport { format: FORMAT, files: Vec::new() };
     let mut first = None;
     for name in &args.scenes {
-        let limits = Limits::default();
-        let loaded = scene_input::read(name, &args.changes, limits, &mut Notes::new(Verbosity::Quiet)).and_then(right);
+        let options = plan::options(&args.changes, None);
+        let loaded = scene_input::read(name, &options, &mut Notes::new(Verbosity::Quiet)).and_then(right);
         let (checked, failure) = judged(name.to_string_lossy().into_owned(), loaded, args.deny_warnings);
         if !args.json {
             tell(&checked, failure.as_ref().filter(|_| args.scenes.len() > 1), verbosity)?;

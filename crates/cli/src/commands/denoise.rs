@@ -6,22 +6,20 @@ use raywright_core::denoise::{DenoiseError, denoise};
 use raywright_core::film::Film;
 use raywright_core::{Observer, Rendered};
 use raywright_io::output::read_film;
-use raywright_io::{Error, Inputs, Limits};
+use raywright_io::{Error, Inputs};
 
-use super::merge::shown;
 use super::render::film::refuse_other_program;
 use super::render::{tell, write};
-use crate::args::{DenoiseArgs, ProgressStyle, ReportArgs};
+use crate::args::{DenoiseArgs, ProgressStyle};
 use crate::clock::{Clock, spoken};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
-use crate::interrupt;
 use crate::notes::Notes;
-use crate::origin;
 use crate::progress::Progress;
 use crate::targets::{self, Outputs};
 use crate::threads::Threads;
 use crate::watch::{Patience, Watch};
+use crate::{interrupt, origin, plan};
 
 /// Reads a film, denoises it and writes what is asked for.
 pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
@@ -31,9 +29,7 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     inputs.read(&args.film);
     outputs.keep_clear_of(&inputs)?;
     let (stop, threads) = (interrupt::flag()?, Threads::new(args.threads)?);
-    let own = Limits::default();
-    let limits = Limits { memory_bytes: args.max_memory.unwrap_or(own.memory_bytes), ..own };
-    let mut kept = read_film(&args.film, &limits)?;
+    let mut kept = read_film(&args.film, &plan::limits(args.max_memory))?;
     refuse_other_program(&args.film, &kept.metadata)?;
     kept.metadata.command = origin::command_line();
     let denoised = threads.run(|| denoise(&kept.film, &Watch::until(stop)));
@@ -41,7 +37,7 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
         return Err(refused(&args.film.display().to_string(), error));
     }
     let rendered = Rendered { denoised: Some(denoised), ..Rendered::noisy(&kept.film) };
-    let display = shown(&args.display, kept.display);
+    let display = plan::shown(&args.display, kept.display);
     let written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
     let mut notes = Notes::new(verbosity);
     tell::note_losses(&rendered.counters, &mut notes);
@@ -65,16 +61,12 @@ fn refused(film: &str, error: &DenoiseError) -> Failure {
 }
 
 /// What a render's film amounts to, denoised where it is to be, which is shown as it goes on.
-pub fn rendered(film: &Film, report: &ReportArgs, stop: &AtomicBool) -> Rendered {
+pub fn rendered(film: &Film, (style, verbosity): (ProgressStyle, Verbosity), stop: &AtomicBool) -> Rendered {
     if !film.is_to_be_denoised() {
         return Rendered::noisy(film);
     }
-    let style = if film.size().iter().map(|&edge| u64::from(edge)).product::<u64>() < SMALL {
-        ProgressStyle::None
-    } else {
-        report.progress
-    };
-    let progress = Progress::start("denoising", style, report.verbosity);
+    let is_small = film.size().iter().map(|&edge| u64::from(edge)).product::<u64>() < SMALL;
+    let progress = Progress::start("denoising", if is_small { ProgressStyle::None } else { style }, verbosity);
     let watch = Watch { progress: Some(&progress), patience: Patience::default(), ..Watch::until(stop) };
     let rendered = Rendered::of(film, &watch as &dyn Observer);
     progress.finish();

@@ -13,21 +13,22 @@ use crate::clock::spoken;
 use crate::console::{self, Verbosity, on_one_line};
 use crate::failure::Failure;
 use crate::notes::Notes;
+use crate::plan::{self, Choices};
 use crate::progress::Steps;
 use crate::ready::failed;
 use crate::table::{lay_out, paragraph, significant, wrapped};
 use crate::threads::Threads;
 use crate::watch::Watch;
-use crate::{interrupt, plan, scene_input};
+use crate::{interrupt, scene_input};
 
 /// Prints the report as a table or as JSON.
 pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut notes = Notes::new(verbosity);
-    let mut loaded = scene_input::read(&args.scene, &args.changes, Limits::default(), &mut notes)?;
+    let mut loaded = scene_input::read(&args.scene, &plan::options(&args.changes, None), &mut notes)?;
     scene_input::note_completed(&loaded, &mut notes);
     notes.finish();
     let mut settings = Settings::of(&loaded.scene);
-    plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;
+    Choices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
     let report = detect(&loaded.scene, &settings);
     let ladders = standings(&loaded.scene, &settings, &report);
     let costs = if args.measure { Some(measured(args, &loaded, &settings, verbosity)?) } else { None };

@@ -3,20 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use raywright_core::Rendered;
-use raywright_core::display::Display;
 use raywright_core::film::{Film, PartError};
 use raywright_io::output::{KeptFilm, read_film, write_film};
 use raywright_io::{Error, Inputs, Limits};
 
 use super::render::film::refuse_other_program;
 use super::render::{tell, write};
-use crate::args::{DisplayArgs, MergeArgs};
+use crate::args::MergeArgs;
 use crate::clock::{Clock, spoken};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::origin;
 use crate::targets::{self, Outputs};
+use crate::{origin, plan};
 
 /// Reads the parts, joins them and writes what is asked for.
 pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
@@ -28,7 +27,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
     args.parts.iter().for_each(|part| inputs.read(part));
     outputs.keep_clear_of(&inputs)?;
-    let mut kept = joined(&args.parts, &limits(args))?;
+    let mut kept = joined(&args.parts, &plan::limits(args.max_memory))?;
     kept.metadata.command = origin::command_line();
     let missing = kept.film.unfinished();
     if missing > 0 && !targets.is_empty() && !args.unfinished {
@@ -37,7 +36,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     // A film that can't be kept is no reason to give up the picture.
     let filmed = args.checkpoint.as_ref().map_or(Ok(()), |path| write_film(path, &mut kept));
     let rendered = Rendered::of(&kept.film, &());
-    let display = shown(&args.display, kept.display);
+    let display = plan::shown(&args.display, kept.display);
     let mut written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
     written.extend(args.checkpoint.as_ref().filter(|_| filmed.is_ok()).map(|path| write::shown(path)));
     let mut notes = Notes::new(verbosity);
@@ -51,21 +50,6 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
         verbosity.say(format_args!("wrote {} ({parts}{error}, {})", written.join(", "), spoken(clock.total())));
     }
     Ok(filmed?)
-}
-
-fn limits(args: &MergeArgs) -> Limits {
-    let own = Limits::default();
-    Limits { memory_bytes: args.max_memory.unwrap_or(own.memory_bytes), ..own }
-}
-
-/// How it is shown: as the parts say, where nothing else is asked for.
-pub fn shown(asked: &DisplayArgs, own: Display) -> Display {
-    Display {
-        tone_map: asked.tonemap.unwrap_or(own.tone_map),
-        curve: asked.gamma.unwrap_or(own.curve),
-        exposure_stops: asked.exposure.unwrap_or(own.exposure_stops),
-        ..own
-    }
 }
 
 /// The union of all parts, read one after the other: in memory are the union so far, one part, and the two merged.

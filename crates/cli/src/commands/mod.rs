@@ -16,6 +16,7 @@ mod render;
 use crate::args::Command;
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
+use crate::plan::Task;
 use crate::threads::Threads;
 
 /// Runs one command; none: the default preset is rendered.
@@ -29,10 +30,7 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
         Threads::new(None)?;
     }
     match command {
-        Command::Render(mut args) => {
-            args.report.verbosity = verbosity;
-            render::run(&args)
-        }
+        Command::Render(args) => render::run(&Task::new(*args, verbosity)?),
         Command::Merge(args) => merge::run(&args, verbosity),
         Command::Denoise(args) => denoise::run(&args, verbosity),
         Command::Explain(args) => explain::run(&args, verbosity),

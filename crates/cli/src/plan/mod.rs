@@ -1,21 +1,29 @@
-//! What a render's arguments amount to for one scene: settings and display, checked. Mistakes that need the scene to be
-//! seen - a camera that it has not, a crop outside its picture - are found here, before anything is computed.
+//! What arguments amount to. Clap's structures end here: what is below knows what is to be done, and not what was typed. Mistakes that need
+//! the scene to be seen - a camera that it has not, a crop outside its picture - are found here too, before anything is computed.
 
 mod rungs;
+mod shots;
 mod view;
 
-pub use rungs::choose;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::time::Duration;
 
 use raywright_core::Settings;
 use raywright_core::display::Display;
 use raywright_core::framing::View;
 use raywright_core::ladder::Ladder;
 use raywright_core::scene::{Camera, Scene};
-use raywright_core::settings::{Crop, Sampling};
-use raywright_io::{Error, Limits};
+use raywright_core::settings::{Aov, Crop, Sampling};
+use raywright_io::output::AnimationFormat;
+use raywright_io::{Environment, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions, Overrides};
 
-use crate::args::{MOST_SAMPLES, RenderArgs};
+use crate::args::{Accelerator, DisplayArgs, LightArgs, MOST_SAMPLES, ProgressStyle, RenderArgs, SceneArgs, Share, ViewArgs};
+use crate::console::Verbosity;
 use crate::failure::Failure;
+use crate::scene_input;
+pub use rungs::Choices;
+pub use shots::Shot;
 
 /// Samples of a pixel for a first look.
 const QUICK_SAMPLES: u32 = 16;
@@ -29,52 +37,209 @@ pub struct Plan {
     pub display: Display,
 }
 
-/// Settles what is rendered. `framed` makes the camera that shows a whole scene from a view under a vertical angle, for an aspect; it is
-/// asked only where a flag says something of that camera.
-pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(Option<View>, f64, f64) -> Camera) -> Result<Plan, Failure> {
-    rungs::refuse_two_words(args)?;
-    let (view, light, display) = (&args.view, &args.light, &args.display);
-    let own = Settings::of(scene);
-    let size = view.size.unwrap_or(own.size);
-    let mut settings = Settings {
-        size,
-        crop: view.crop.map(|crop| within(crop, size)).transpose()?,
-        sampling: sampling(scene, args),
-        max_depth: light.max_depth.unwrap_or(own.max_depth),
-        clamp: light.clamp,
-        integrator: light.integrator.unwrap_or(own.integrator),
-        max_error: light.max_error,
-        denoise: light.denoise || light.quick,
-        seed: light.seed.unwrap_or(own.seed),
-        precision: light.precision.map_or(own.precision, Into::into),
-        accelerator: args.machine.accel.map_or(own.accelerator, Into::into),
-        background: view.background.unwrap_or(own.background),
-        aovs: args.aov.clone(),
-        max_memory: Some(args.machine.max_memory.unwrap_or(Limits::default().memory_bytes)),
-        ..own
-    };
-    let aspect = f64::from(size[0]) / f64::from(size[1]);
-    settings.camera = view::camera(scene, view, |view, fov| framed(view, fov, aspect))?;
-    let own = Display::of(&scene.render);
-    let display = Display {
-        tone_map: display.tonemap.unwrap_or(own.tone_map),
-        curve: display.gamma.unwrap_or(own.curve),
-        exposure_stops: display.exposure.unwrap_or(own.exposure_stops),
-        ..own
-    };
-    Ok(Plan { settings, display })
+/// What a run of `render` is to do.
+#[derive(Debug)]
+pub struct Task {
+    /// Names of scenes, at least one.
+    pub scenes: Vec<OsString>,
+    /// What is changed in them, and what of them is refused.
+    pub options: LoadOptions,
+    /// Rungs and switches.
+    pub choices: Choices,
+    /// The pictures of each, at least one.
+    pub shots: Vec<Shot>,
+    /// Whether that is one picture, and no file that holds several.
+    pub is_single: bool,
+    /// Pictures a second of an animation.
+    pub rate: f64,
+    /// Files that were asked for, numbered or not.
+    pub outputs: Vec<PathBuf>,
+    /// Where all pictures are side by side.
+    pub sheet: Option<PathBuf>,
+    /// Whether files say where they come from.
+    pub has_metadata: bool,
+    /// Layers besides the colours.
+    pub layers: Vec<Aov>,
+    /// The error that is to be reached.
+    pub max_error: Option<f64>,
+    /// Whether it is a first look.
+    pub is_quick: bool,
+    /// How many threads; none: one for each processor.
+    pub threads: Option<u32>,
+    /// Until when the picture is to be there, counted from the start.
+    pub budget: Option<Duration>,
+    /// Where the film is kept, which one is gone on with, which one's samples are taken, and which share is rendered.
+    pub checkpoint: Option<PathBuf>,
+    pub resume: Option<PathBuf>,
+    pub replay: Option<PathBuf>,
+    pub part: Option<Share>,
+    /// Where times and counts are written.
+    pub stats: Option<PathBuf>,
+    /// Whether hashes are printed.
+    pub hash: bool,
+    /// How progress is shown, and how much is said.
+    pub progress: ProgressStyle,
+    pub verbosity: Verbosity,
+    look: Look,
 }
 
-/// Samples of a pixel: a time or an error that was asked for instead takes as many as there may be. A pattern says where samples lie
-/// and has no others; its error is none that more of them would lower.
-fn sampling(scene: &Scene, args: &RenderArgs) -> Sampling {
-    let named = args.light.spp.is_some() || args.choices.rungs.iter().any(|choice| choice.ladder() == Ladder::Samples);
-    let open_ended = (args.film.budget.is_some() || args.film.replay.is_some()) && !named;
-    match Sampling::resolve(scene, args.light.spp) {
-        Sampling::General(_) if open_ended => Sampling::General(MOST_SAMPLES),
-        Sampling::General(own) if args.light.quick => Sampling::General(own.min(QUICK_SAMPLES)),
-        _ if args.light.max_error.is_some() => Sampling::General(args.light.spp.unwrap_or(MOST_SAMPLES)),
-        other => other,
+/// What flags say of settings and display, where they do.
+#[derive(Debug)]
+struct Look {
+    view: ViewArgs,
+    light: LightArgs,
+    display: DisplayArgs,
+    accel: Option<Accelerator>,
+}
+
+impl Task {
+    /// What the arguments ask for; wrong where they mean one picture and several.
+    pub fn new(args: RenderArgs, verbosity: Verbosity) -> Result<Self, Failure> {
+        let RenderArgs {
+            scenes,
+            outputs,
+            sheet,
+            no_metadata,
+            aov,
+            changes,
+            view,
+            light,
+            choices,
+            display,
+            machine,
+            film,
+            report,
+        } = args;
+        let shots = shots::shots(&view);
+        let is_usual = shots.iter().all(|shot| shot.label.is_empty());
+        let is_animation = |path: &PathBuf| AnimationFormat::of(path).is_some();
+        let task = Self {
+            is_single: is_usual && scenes.len() <= 1 && sheet.is_none() && !outputs.iter().any(is_animation),
+            scenes: if scenes.is_empty() { vec![scene_input::unnamed()?] } else { scenes },
+            options: options(&changes, machine.max_memory),
+            choices: Choices::from(&choices),
+            shots,
+            rate: shots::rate(&view),
+            outputs,
+            sheet,
+            has_metadata: !no_metadata,
+            layers: aov,
+            max_error: light.max_error,
+            is_quick: light.quick,
+            threads: machine.threads,
+            budget: film.budget,
+            checkpoint: film.checkpoint,
+            resume: film.resume,
+            replay: film.replay,
+            part: film.part,
+            stats: report.stats,
+            hash: report.hash,
+            progress: report.progress,
+            verbosity,
+            look: Look { view, light, display, accel: machine.accel },
+        };
+        if !task.is_single {
+            task.refuse_what_is_of_one_picture()?;
+        }
+        Ok(task)
+    }
+
+    fn refuse_what_is_of_one_picture(&self) -> Result<(), Failure> {
+        let flags = [
+            ("--checkpoint", self.checkpoint.is_some()),
+            ("--resume", self.resume.is_some()),
+            ("--replay", self.replay.is_some()),
+            ("--part", self.part.is_some()),
+            ("--budget", self.budget.is_some()),
+            ("--stats", self.stats.is_some()),
+            ("-o -", self.outputs.iter().any(|path| path.as_os_str() == "-")),
+        ];
+        let Some((flag, _)) = flags.iter().find(|(_, given)| *given) else { return Ok(()) };
+        let error = Error::usage(format_args!("{flag} is of one picture, and several are asked for"));
+        Err(error.with_hint("leave it away, or render the pictures one by one").into())
+    }
+
+    /// Settles how a picture of a scene from a view is made, and puts the scene on the rungs that were asked for. `framed` makes the camera
+    /// that shows the whole of the scene from a view under a vertical angle, for an aspect; it is asked only where a flag says something of
+    /// that camera.
+    pub fn settle(
+        &self,
+        scene: &mut Scene,
+        view: Option<View>,
+        framed: impl FnOnce(&Scene, Option<View>, f64, f64) -> Camera,
+    ) -> Result<Plan, Failure> {
+        rungs::refuse_two_words(&self.choices.rungs, &self.look)?;
+        let Look { view: flags, light, display, accel } = &self.look;
+        let own = Settings::of(scene);
+        let size = flags.size.unwrap_or(own.size);
+        let mut settings = Settings {
+            size,
+            crop: flags.crop.map(|crop| within(crop, size)).transpose()?,
+            sampling: self.sampling(scene),
+            max_depth: light.max_depth.unwrap_or(own.max_depth),
+            clamp: light.clamp,
+            integrator: light.integrator.unwrap_or(own.integrator),
+            max_error: light.max_error,
+            denoise: light.denoise || light.quick,
+            seed: light.seed.unwrap_or(own.seed),
+            precision: light.precision.map_or(own.precision, Into::into),
+            accelerator: accel.map_or(own.accelerator, Into::into),
+            background: flags.background.unwrap_or(own.background),
+            aovs: self.layers.clone(),
+            max_memory: Some(self.options.limits.memory_bytes),
+            ..own
+        };
+        let aspect = f64::from(size[0]) / f64::from(size[1]);
+        settings.camera = view::camera(scene, (flags, view), |view, fov| framed(scene, view, fov, aspect))?;
+        let display = shown(display, Display::of(&scene.render));
+        self.choices.apply(scene, &mut settings)?;
+        Ok(Plan { display: Display { output: settings.output, ..display }, settings })
+    }
+
+    /// Samples of a pixel: a time or an error that was asked for instead takes as many as there may be. A pattern says where samples lie
+    /// and has no others; its error is none that more of them would lower.
+    fn sampling(&self, scene: &Scene) -> Sampling {
+        let spp = self.look.light.spp;
+        let named = spp.is_some() || self.choices.has(Ladder::Samples);
+        let open_ended = (self.budget.is_some() || self.replay.is_some()) && !named;
+        match Sampling::resolve(scene, spp) {
+            Sampling::General(_) if open_ended => Sampling::General(MOST_SAMPLES),
+            Sampling::General(own) if self.is_quick => Sampling::General(own.min(QUICK_SAMPLES)),
+            _ if self.max_error.is_some() => Sampling::General(spp.unwrap_or(MOST_SAMPLES)),
+            other => other,
+        }
+    }
+}
+
+/// What is refused where at most so many bytes may be taken; none: the usual number.
+pub fn limits(memory: Option<u64>) -> Limits {
+    let own = Limits::default();
+    Limits { memory_bytes: memory.unwrap_or(own.memory_bytes), ..own }
+}
+
+/// How a scene is read that is changed so.
+pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
+    LoadOptions {
+        overrides: Overrides { at: changes.at, set: changes.set.clone() },
+        model: ModelOptions { scene: changes.model_scene.clone(), variant: changes.variant.clone() },
+        environment: Environment {
+            source: if changes.studio { Some(EnvironmentSource::Studio) } else { changes.env.clone() },
+            ground: changes.ground,
+            rotation: changes.env_rotation,
+            strength: changes.env_strength,
+        },
+        allow_outside: changes.allow_outside,
+        limits: limits(memory),
+    }
+}
+
+/// How a picture is shown: as its own scene or file says, where no flag says something else.
+pub fn shown(asked: &DisplayArgs, own: Display) -> Display {
+    Display {
+        tone_map: asked.tonemap.unwrap_or(own.tone_map),
+        curve: asked.gamma.unwrap_or(own.curve),
+        exposure_stops: asked.exposure.unwrap_or(own.exposure_stops),
+        ..own
     }
 }
 
@@ -91,7 +256,35 @@ fn within(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::Path;
+
     use super::*;
+
+    /// Protects: clap's structures end here. Below, nothing knows what was typed, but that the module of a command which makes no pictures reads
+    /// its own arguments.
+    #[test]
+    fn what_was_typed_is_not_known_below() {
+        let (root, mut folders, mut looked_at) = (Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), vec![PathBuf::new()], 0);
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(root.join(&folder)).expect("a folder") {
+                let entry = entry.expect("a file or a folder");
+                let (path, inside) = (folder.join(entry.file_name()), entry.path());
+                let commands = Path::new("commands");
+                let is_command = folder == commands || folder.parent() == Some(commands) && path.ends_with("mod.rs");
+                if inside.is_dir() && !["args", "plan"].contains(&path.to_string_lossy().as_ref()) {
+                    folders.push(path);
+                } else if inside.is_file() {
+                    let text = fs::read_to_string(&inside).expect("a source");
+                    let typed = if is_command && !path.starts_with("commands/render") { "RenderArgs" } else { "Args" };
+                    let names_it = text.lines().any(|line| line.contains(typed));
+                    assert!(!names_it, "{} names {typed}", path.display());
+                    looked_at += 1;
+                }
+            }
+        }
+        assert!(looked_at > 30, "{looked_at}");
+    }
 
     /// Protects: each edge of a crop is held against its own extent of the picture, to the last pixel, and no sum wraps round.
     #[test]

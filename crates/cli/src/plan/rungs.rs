@@ -1,40 +1,71 @@
 //! Rungs of ladders that were asked for by name: put onto scene and settings, where nothing else says something different.
 
 use raywright_core::effects::{Effect, EffectSet};
-use raywright_core::ladder::Ladder;
+use raywright_core::ladder::{Choice, Ladder};
 use raywright_core::{Scene, Settings};
 use raywright_io::Error;
 
-use crate::args::{ChoiceArgs, RenderArgs};
+use super::Look;
+use crate::args::ChoiceArgs;
 use crate::failure::Failure;
 
-/// Applies `--without` and `--rung`.
-pub fn choose(args: &ChoiceArgs, scene: &mut Scene, settings: &mut Settings) -> Result<(), Failure> {
-    settings.without = args.without.iter().copied().collect::<EffectSet>();
-    for (i, choice) in args.rungs.iter().enumerate() {
-        let ladder = choice.ladder();
-        if args.rungs[..i].iter().any(|earlier| earlier.ladder() == ladder) {
-            return Err(twice(ladder, "--rung"));
-        }
-        if ladder == Ladder::Shadows && args.without.contains(&Effect::Shadows) {
-            return Err(twice(ladder, "--without"));
-        }
-        choice.apply(scene, settings);
+/// Which rungs of which ladders, and which effects not.
+#[derive(Clone, Debug, Default)]
+pub struct Choices {
+    /// The rungs, at most one a ladder.
+    pub rungs: Vec<Choice>,
+    /// Effects that are switched off.
+    pub without: Vec<Effect>,
+}
+
+impl From<&ChoiceArgs> for Choices {
+    fn from(args: &ChoiceArgs) -> Self {
+        Self { rungs: args.rungs.clone(), without: args.without.clone() }
     }
-    Ok(())
+}
+
+impl Choices {
+    /// Puts scene and settings on the rungs, and switches the effects off.
+    pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) -> Result<(), Failure> {
+        settings.without = self.without.iter().copied().collect::<EffectSet>();
+        for (i, choice) in self.rungs.iter().enumerate() {
+            let ladder = choice.ladder();
+            if self.rungs[..i].iter().any(|earlier| earlier.ladder() == ladder) {
+                return Err(twice(ladder, "--rung"));
+            }
+            if ladder == Ladder::Shadows && self.without.contains(&Effect::Shadows) {
+                return Err(twice(ladder, "--without"));
+            }
+            choice.apply(scene, settings);
+        }
+        Ok(())
+    }
+
+    /// Whether a rung of a ladder is asked for.
+    pub fn has(&self, ladder: Ladder) -> bool {
+        self.rungs.iter().any(|choice| choice.ladder() == ladder)
+    }
+
+    /// Each with the word that it is told by: rungs as they are typed, effects with hyphens for blanks.
+    pub fn words(&self, rung: &str, without: &str) -> Vec<String> {
+        let rungs = self.rungs.iter().map(|choice| format!("{rung}{choice}"));
+        let without = self.without.iter().map(|effect| format!("{without}{}", effect.name().replace(' ', "-")));
+        rungs.chain(without).collect()
+    }
 }
 
 /// Refuses a rung of a ladder that has a flag of its own, where that is given too.
-pub fn refuse_two_words(args: &RenderArgs) -> Result<(), Failure> {
-    for choice in &args.choices.rungs {
+pub(super) fn refuse_two_words(rungs: &[Choice], look: &Look) -> Result<(), Failure> {
+    let light = &look.light;
+    for choice in rungs {
         let flag = match choice.ladder() {
-            Ladder::Precision if args.light.precision.is_some() => "--precision",
-            Ladder::Samples if args.light.spp.is_some() => "--spp",
-            Ladder::Clamp if args.light.clamp.is_some() => "--clamp",
-            Ladder::Reconstruction if args.light.denoise => "--denoise",
-            Ladder::Reconstruction | Ladder::Samples if args.light.quick => "--quick",
-            Ladder::PathLength if args.light.max_depth.is_some() => "--max-depth",
-            Ladder::Accelerator | Ladder::Build if args.machine.accel.is_some() => "--accel",
+            Ladder::Precision if light.precision.is_some() => "--precision",
+            Ladder::Samples if light.spp.is_some() => "--spp",
+            Ladder::Clamp if light.clamp.is_some() => "--clamp",
+            Ladder::Reconstruction if light.denoise => "--denoise",
+            Ladder::Reconstruction | Ladder::Samples if light.quick => "--quick",
+            Ladder::PathLength if light.max_depth.is_some() => "--max-depth",
+            Ladder::Accelerator | Ladder::Build if look.accel.is_some() => "--accel",
             _ => continue,
         };
         return Err(twice(choice.ladder(), flag));
@@ -51,26 +82,35 @@ fn twice(ladder: Ladder, flag: &str) -> Failure {
 mod tests {
     use clap::Parser;
     use raywright_core::accuracy::Setting;
-    use raywright_core::ladder::Choice;
 
     use super::*;
-    use crate::args::{Arguments, Command, LightArgs, Precision};
+    use crate::args::{Arguments, Command};
+    use crate::console::Verbosity;
+    use crate::plan::Task;
 
-    fn rungs(list: &[&str]) -> ChoiceArgs {
+    fn task(words: &[&str]) -> Task {
+        let words = [&["raywright", "render"], words].concat();
+        let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
+            panic!("a right command line")
+        };
+        Task::new(*args, Verbosity::Quiet).expect("nothing is wrong with it")
+    }
+
+    fn rungs(list: &[&str]) -> Choices {
         let choice = |text: &&str| Choice::parse(text).expect("a rung");
-        ChoiceArgs { rungs: list.iter().map(choice).collect(), without: Vec::new() }
+        Choices { rungs: list.iter().map(choice).collect(), without: Vec::new() }
     }
 
     /// Protects: rungs and switches reach the settings, and two words for one thing are refused.
     #[test]
     fn choices_reach_the_settings_once() {
         let (mut scene, mut settings) = (Scene::default(), Settings::of(&Scene::default()));
-        let args = ChoiceArgs { without: vec![Effect::Highlights], ..rungs(&["path-length=4", "shadows=off"]) };
-        choose(&args, &mut scene, &mut settings).expect("no contradiction");
+        let choices = Choices { without: vec![Effect::Highlights], ..rungs(&["path-length=4", "shadows=off"]) };
+        choices.apply(&mut scene, &mut settings).expect("no contradiction");
         assert_eq!((settings.max_depth, settings.without), (4, EffectSet::of(&[Effect::Highlights, Effect::Shadows])));
-        assert!(choose(&rungs(&["build=fast", "build=high"]), &mut scene, &mut settings).is_err());
-        let both = ChoiceArgs { without: vec![Effect::Shadows], ..rungs(&["shadows=on"]) };
-        assert!(choose(&both, &mut scene, &mut settings).is_err());
+        assert!(rungs(&["build=fast", "build=high"]).apply(&mut scene, &mut settings).is_err());
+        let both = Choices { without: vec![Effect::Shadows], ..rungs(&["shadows=on"]) };
+        assert!(both.apply(&mut scene, &mut settings).is_err());
     }
 
     /// Protects: what `--rung` renders is what the ladder measures, by every rung of every ladder: one scene and one set of settings.
@@ -78,31 +118,16 @@ mod tests {
     fn what_is_rendered_is_what_is_measured() {
         let texture = serde_json::json!({ "name": "t", "image": "i", "filter": "bilinear" });
         let own: Scene = serde_json::from_value(serde_json::json!({ "format": 1, "textures": [texture] })).expect("a scene");
-        let rendered = |rungs: &[Choice]| {
+        let rendered = |words: &[&str]| {
             let mut scene = own.clone();
-            let args =
-                RenderArgs { choices: ChoiceArgs { rungs: rungs.to_vec(), ..ChoiceArgs::default() }, ..RenderArgs::default() };
-            let mut plan = super::super::settle(&scene, &args, |_, _, _| panic!("nothing is framed")).expect("a plan");
-            choose(&args.choices, &mut scene, &mut plan.settings).expect("no contradiction");
+            let plan = task(words).settle(&mut scene, None, |_, _, _, _| panic!("nothing is framed")).expect("a plan");
             (scene, plan.settings)
         };
         let (_, settings) = rendered(&[]);
         for choice in Ladder::ALL.into_iter().flat_map(Ladder::choices) {
-            let words = ["raywright", "render", "--rung", &choice.to_string()];
-            let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
-                panic!("a right command line")
-            };
-            assert_eq!(rendered(&args.choices.rungs), Setting::one(choice).applied(&own, &settings), "{choice}");
+            let measured = Setting::one(choice).applied(&own, &settings);
+            assert_eq!(rendered(&["--rung", &choice.to_string()]), measured, "{choice}");
         }
-    }
-
-    /// Protects: a flag and a rung of the same ladder contradict each other; of two ladders they don't.
-    #[test]
-    fn a_flag_and_its_rung_are_refused() {
-        let light = LightArgs { precision: Some(Precision::Reference), ..LightArgs::default() };
-        let with = |list: &[&str]| RenderArgs { choices: rungs(list), light: light.clone(), ..RenderArgs::default() };
-        assert!(refuse_two_words(&with(&["precision=reference"])).is_err());
-        assert!(refuse_two_words(&with(&["samples=4", "path-length=2"])).is_ok());
     }
 
     /// Protects: every flag contradicts the rungs of what it says, and no others.
@@ -119,11 +144,8 @@ mod tests {
                 "reconstruction=denoised",
             ]
             .map(|rung| {
-                let words = [&["raywright", "render", "--rung", rung], flag].concat();
-                let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
-                    panic!("a right command line")
-                };
-                u8::from(refuse_two_words(&args).is_err())
+                let Task { choices, look, .. } = task(&[&["--rung", rung], flag].concat());
+                u8::from(refuse_two_words(&choices.rungs, &look).is_err())
             })
         };
         assert_eq!(refused(&["--precision", "reference"]), [1, 0, 0, 0, 0, 0, 0]);
@@ -134,5 +156,13 @@ mod tests {
         assert_eq!(refused(&["--denoise"]), [0, 0, 0, 0, 0, 0, 1]);
         assert_eq!(refused(&["--quick"]), [0, 1, 0, 0, 0, 0, 1]);
         assert_eq!(refused(&[]), [0; 7]);
+    }
+
+    /// Protects: choices are told as they are typed.
+    #[test]
+    fn choices_have_their_own_words() {
+        let choices = Choices { without: vec![Effect::MirrorReflection, Effect::Sky], ..rungs(&["samples=16"]) };
+        let words = choices.words(" rung:", " without=").concat();
+        assert_eq!(words, " rung:samples=16 without=mirror-reflection without=sky");
     }
 }

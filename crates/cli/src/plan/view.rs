@@ -9,17 +9,17 @@ use crate::args::ViewArgs;
 use crate::failure::Failure;
 use crate::suggest;
 
-/// The camera that the flags ask for; none: the scene has none, nothing is changed, and framing is left to the renderer. `framed` makes the
+/// The camera that the flags ask for, from a view where there is one; none: the scene has none, nothing is changed, and framing is left to the renderer. `framed` makes the
 /// camera that shows everything from a view, or from the one that suits the scene, under a vertical angle.
 pub fn camera(
     scene: &Scene,
-    args: &ViewArgs,
+    (args, view): (&ViewArgs, Option<View>),
     framed: impl FnOnce(Option<View>, f64) -> Camera,
 ) -> Result<Option<Camera>, Failure> {
     let changed = args.eye.is_some() || args.target.is_some() || args.up.is_some() || args.fov.is_some() || args.zoom.is_some();
-    let frame = || framed(args.view, args.fov.unwrap_or(FIELD_OF_VIEW));
+    let frame = || framed(view, args.fov.unwrap_or(FIELD_OF_VIEW));
     let mut camera = match (&args.camera, scene.cameras.first()) {
-        _ if args.view.is_some() => frame(),
+        _ if view.is_some() => frame(),
         (Some(name), _) => chosen(scene, name)?,
         (None, Some(first)) => first.clone(),
         (None, None) if changed => frame(),
@@ -165,7 +165,7 @@ mod tests {
     }
 
     fn taken(args: &ViewArgs) -> Result<Camera, Failure> {
-        let taken = camera(&scene(), args, |_, _| panic!("the scene has cameras"))?;
+        let taken = camera(&scene(), (args, None), |_, _| panic!("the scene has cameras"))?;
         Ok(taken.expect("the scene has cameras"))
     }
 
@@ -216,7 +216,7 @@ mod tests {
         scene.cameras[2].pose = Pose::Axes { eye: [0.0, 0.0, 5.0], right: [h, h, 0.0], up: [-h, h, 0.0], back: [0.0, 0.0, 1.0] };
         let pose = |target: Triple| {
             let args = ViewArgs { target: Some(target), ..named("2") };
-            camera(&scene, &args, |_, _| panic!("the scene has cameras")).expect("a camera").expect("one").pose
+            camera(&scene, (&args, None), |_, _| panic!("the scene has cameras")).expect("a camera").expect("one").pose
         };
         let eye = [0.0, 0.0, 5.0];
         assert_eq!(pose([1.0, 2.0, 0.0]), Pose::LookAt { eye, target: [1.0, 2.0, 0.0], up: [0.0, 1.0, 0.0] });
@@ -229,8 +229,9 @@ mod tests {
         let mut scene = scene();
         let end = Pose::LookAt { eye: [1.0; 3], target: [0.0; 3], up: [0.0, 1.0, 0.0] };
         (scene.cameras[0].pose_end, scene.cameras[0].shutter) = (Some(end.clone()), Some([0.0, 1.0]));
-        let taken =
-            |args: &ViewArgs| camera(&scene, args, |_, _| panic!("the scene has cameras")).expect("a camera").expect("one");
+        let taken = |args: &ViewArgs| {
+            camera(&scene, (args, None), |_, _| panic!("the scene has cameras")).expect("a camera").expect("one")
+        };
         assert_eq!(taken(&ViewArgs { fov: Some(20.0), ..named("front") }).pose_end, Some(end));
         let put = taken(&ViewArgs { eye: Some([1.0, 2.0, 3.0]), ..named("front") });
         assert_eq!((put.pose_end, put.shutter), (None, Some([0.0, 1.0])));
@@ -257,8 +258,11 @@ mod tests {
                 assert_eq!((view, fov), (Some(side), expected));
                 scene().cameras[1].clone()
             };
-            let args = ViewArgs { view: Some(side), fov, ..ViewArgs::default() };
-            assert_eq!(camera(&scene(), &args, asked).expect("a view").map(|camera| camera.name), Some("side".to_owned()));
+            let args = ViewArgs { fov, ..ViewArgs::default() };
+            assert_eq!(
+                camera(&scene(), (&args, Some(side)), asked).expect("a view").map(|camera| camera.name),
+                Some("side".to_owned())
+            );
         }
     }
 
@@ -290,7 +294,7 @@ mod tests {
         let mut scene = scene();
         scene.cameras[0].aspect = Some(1.0);
         let args = ViewArgs { size: Some([100, 100]), ..named("front") };
-        let taken = camera(&scene, &args, |_, _| panic!("the scene has cameras")).expect("a camera");
+        let taken = camera(&scene, (&args, None), |_, _| panic!("the scene has cameras")).expect("a camera");
         assert_eq!(taken.map(|camera| camera.projection), Some(scene.cameras[0].projection.clone()));
     }
 }

@@ -10,19 +10,20 @@ use std::path::Path;
 
 use raywright_core::Settings;
 use raywright_core::accuracy::{Effort, Listener, MeasureError, Start, measure};
-use raywright_io::{EnvironmentSource, Error, GroundRule, Limits, output};
+use raywright_io::{EnvironmentSource, Error, GroundRule, output};
 
 use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::origin::quoted;
+use crate::plan::{self, Choices};
 use crate::progress::Steps;
 use crate::ready::failed;
 use crate::targets::Outputs;
 use crate::threads::Threads;
 use crate::watch::Watch;
-use crate::{interrupt, origin, plan, scene_input};
+use crate::{interrupt, origin, scene_input};
 use file::{Document, Kind};
 
 /// Measures, writes what was asked for, and prints a table or JSON.
@@ -38,18 +39,19 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
         outputs.add(path, "--reference")?;
     }
     let mut notes = Notes::new(verbosity);
-    let limits = Limits { memory_bytes: args.max_memory.unwrap_or(Limits::default().memory_bytes), ..Limits::default() };
+    let options = plan::options(&args.changes, args.max_memory);
+    let (limits, choices) = (options.limits, Choices::from(&args.choices));
     let threads = Threads::new(args.threads)?;
-    let mut loaded = threads.run(|| scene_input::read(&name, &args.changes, limits, &mut notes))?;
+    let mut loaded = threads.run(|| scene_input::read(&name, &options, &mut notes))?;
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::note_completed(&loaded, &mut notes);
     notes.finish();
     let mut settings = Settings::of(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
-    plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;
+    choices.apply(&mut loaded.scene, &mut settings)?;
     settings.max_memory = Some(limits.memory_bytes);
     let kept = args.reference.as_deref().map(|path| reference::read(path, &limits)).transpose()?.flatten();
-    let identity = origin::identity(&loaded, &args.changes, &args.choices);
+    let identity = origin::identity(&loaded, &options, &choices);
     let start = Start { scene: &identity, reference: kept };
     let effort = Effort { budget: args.budget, size: args.size, rounds: args.rounds };
     let watch = Watch::until(interrupt::flag()?);
@@ -108,8 +110,7 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
     flags.extend(env_rotation.map(|degrees| format!("--env-rotation {degrees}")));
     flags.extend(env_strength.map(|factor| format!("--env-strength {factor}")));
     flags.extend(allow_outside.then(|| "--allow-outside".to_owned()));
-    flags.extend(args.choices.rungs.iter().map(|choice| format!("--rung {choice}")));
-    flags.extend(args.choices.without.iter().map(|effect| format!("--without {}", effect.name().replace(' ', "-"))));
+    flags.extend(Choices::from(&args.choices).words("--rung ", "--without "));
     flags
 }
 

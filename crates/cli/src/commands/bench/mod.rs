@@ -8,16 +8,16 @@ use std::path::Path;
 
 use raywright_core::bench::{BenchError, BenchOptions, Row, generated, given, sizes};
 use raywright_core::settings::Settings;
-use raywright_io::{Error, Limits, output};
+use raywright_io::{Error, output};
 
 use crate::args::BenchArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::progress::Steps;
-use crate::scene_input;
 use crate::targets::Outputs;
 use crate::threads::Threads;
+use crate::{plan, scene_input};
 use report::{Measured, Report, THREADS};
 
 /// Longest sample that is worth its time, in seconds: by then the spread comes from elsewhere.
@@ -84,7 +84,7 @@ fn of_generated(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failur
 fn of_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
     let name = args.scene.clone().unwrap_or_default();
     let mut notes = Notes::new(verbosity);
-    let loaded = scene_input::read(&name, &args.changes, Limits::default(), &mut notes)?;
+    let loaded = scene_input::read(&name, &plan::options(&args.changes, None), &mut notes)?;
     notes.finish();
     let care = care(args, GIVEN_ROWS);
     let settings = Settings::of(&loaded.scene);

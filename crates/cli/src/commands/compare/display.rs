@@ -6,7 +6,7 @@ use raywright_io::output::StoredPicture;
 use serde::Serialize;
 
 use super::noise::Judged;
-use crate::args::{CompareArgs, names};
+use crate::args::names;
 use crate::origin;
 
 /// The display of linear pictures.
@@ -41,7 +41,12 @@ pub struct DisplayReport {
 
 impl ChosenDisplay {
     /// The display for two pictures; none where both are of display values. Display values say how they were made, so theirs goes first.
-    pub fn of(args: &CompareArgs, picture: &Judged, reference: &Judged) -> Option<Self> {
+    /// `with_flags` puts what flags say in the place of what files do; they may say all of it.
+    pub fn of(
+        (with_flags, all_given): (impl FnOnce(Display) -> Display, bool),
+        picture: &Judged,
+        reference: &Judged,
+    ) -> Option<Self> {
         let sides = [(reference, DisplaySource::Reference), (picture, DisplaySource::Picture)];
         let is_linear = |judged: &Judged| judged.stored.encoding == Encoding::Linear;
         if !sides.iter().any(|(judged, _)| is_linear(judged)) {
@@ -50,13 +55,8 @@ impl ChosenDisplay {
         let (linear, shown): (Vec<_>, Vec<_>) = sides.into_iter().partition(|(judged, _)| is_linear(judged));
         let own = shown.into_iter().chain(linear).find_map(|(judged, source)| Some((judged.display?, source)));
         let (own, source) = own.unwrap_or((Display::default(), DisplaySource::Default));
-        let all_given = args.tonemap.is_some() && args.gamma.is_some() && args.exposure.is_some();
-        let display = Display {
-            tone_map: args.tonemap.unwrap_or(own.tone_map),
-            curve: args.gamma.unwrap_or(own.curve),
-            exposure_stops: args.exposure.unwrap_or(own.exposure_stops),
-            ..Display::default()
-        };
+        let Display { tone_map, curve, exposure_stops, .. } = with_flags(own);
+        let display = Display { tone_map, curve, exposure_stops, ..Display::default() };
         Some(Self { display, source: if all_given { DisplaySource::Flags } else { source } })
     }
 

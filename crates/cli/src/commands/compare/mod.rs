@@ -13,12 +13,12 @@ use raywright_io::{Error, Inputs};
 use serde::Serialize;
 
 use self::display::{ChosenDisplay, DisplayReport};
-use crate::args::CompareArgs;
+use crate::args::{CompareArgs, DisplayArgs};
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::origin;
 use crate::table::{lay_out, short};
 use crate::targets::Outputs;
+use crate::{origin, plan};
 
 /// Compares, prints, and judges.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
@@ -28,7 +28,9 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let (picture, reference) = (noise::read(&args.picture)?, noise::read(&args.reference)?);
     let names = [args.picture.as_path(), args.reference.as_path()];
     refuse_other_places(&picture.stored.picture, &reference.stored.picture, names)?;
-    let shown = ChosenDisplay::of(args, &picture, &reference);
+    let flags = DisplayArgs { exposure: args.exposure, tonemap: args.tonemap, gamma: args.gamma };
+    let all_given = args.exposure.is_some() && args.tonemap.is_some() && args.gamma.is_some();
+    let shown = ChosenDisplay::of((|own| plan::shown(&flags, own), all_given), &picture, &reference);
     let display = shown.map(|shown| shown.display).unwrap_or_default();
     let verdict = args.noise.then(|| noise::judge(&picture, &reference, names, args.level)).transpose()?;
     let comparison = compare(side(&picture.stored), side(&reference.stored), display)

@@ -8,20 +8,21 @@ use glam::DVec3;
 use raywright_core::extent::Extent;
 use raywright_core::scene::{LightKind, Model, Pattern, Shape, Sky};
 use raywright_core::{Lookup, Scene, Settings, estimate, extent, generate};
-use raywright_io::{AnimationInfo, ExtensionInfo, Format, Limits, Loaded, Notation};
+use raywright_io::{AnimationInfo, ExtensionInfo, Format, Loaded, Notation};
 
 use crate::args::InfoArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
 use crate::memory;
 use crate::notes::Notes;
+use crate::plan;
 use crate::scene_input;
 use crate::table::{lay_out, short};
 
 /// Prints the table, or the JSON.
 pub fn run(args: &InfoArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut notes = Notes::new(verbosity);
-    let loaded = scene_input::read(&args.scene, &args.changes, Limits::default(), &mut notes)?;
+    let loaded = scene_input::read(&args.scene, &plan::options(&args.changes, None), &mut notes)?;
     notes.finish();
     console::print(if args.json { console::json(&json::Facts::of(&loaded)) } else { lay_out(&rows(&loaded)) })
 }

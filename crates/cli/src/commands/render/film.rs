@@ -8,16 +8,17 @@ use raywright_core::Ready;
 use raywright_core::display::Display;
 use raywright_core::film::{Film, Part, PartError, Uncertainty};
 use raywright_io::output::{KeptFilm, Metadata, read_film, write_film};
-use raywright_io::{Error, Inputs, Limits};
+use raywright_io::{Error, Inputs};
 use serde::Serialize;
 
 use super::write::shown;
-use crate::args::{FilmArgs, ProgressStyle, RenderArgs, ReportArgs, Share};
+use crate::args::{ProgressStyle, Share};
 use crate::clock::{Clock, spoken};
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::origin;
+use crate::plan::Task;
 use crate::progress::Progress;
 use crate::targets::{Outputs, Target};
 use crate::watch::{Patience, Watch};
@@ -79,14 +80,14 @@ struct Pass {
 }
 
 /// Mistakes that can be seen before the scene is read.
-pub fn check(args: &FilmArgs, max_error: Option<f64>, targets: &[Target], outputs: &mut Outputs) -> Result<(), Failure> {
-    if args.part.is_some() {
-        if max_error.is_some() {
+pub fn check(task: &Task, targets: &[Target], outputs: &mut Outputs) -> Result<(), Failure> {
+    if task.part.is_some() {
+        if task.max_error.is_some() {
             let error =
                 Error::usage("--max-error decides by the whole picture where samples go, and --part renders a share of it");
             return Err(error.with_hint("give --spp instead, or leave --part away").into());
         }
-        if args.checkpoint.is_none() {
+        if task.checkpoint.is_none() {
             let error = Error::usage("--part renders a share of a picture, which needs a file of its own");
             return Err(error
                 .with_hint("name it: --checkpoint part.film; raywright merge makes the picture of all parts")
@@ -97,12 +98,12 @@ pub fn check(args: &FilmArgs, max_error: Option<f64>, targets: &[Target], output
             return Err(error.with_hint("leave -o away; raywright merge makes the picture of all parts").into());
         }
     }
-    let Some(path) = &args.checkpoint else { return Ok(()) };
+    let Some(path) = &task.checkpoint else { return Ok(()) };
     outputs.add(path, "--checkpoint")?;
     // What is gone on with may be what is kept, since nothing in it is lost.
     let mut inputs = Inputs::default();
-    args.resume.iter().filter(|earlier| *earlier != path).for_each(|earlier| inputs.read(earlier));
-    args.replay.iter().for_each(|map| inputs.read(map));
+    task.resume.iter().filter(|earlier| *earlier != path).for_each(|earlier| inputs.read(earlier));
+    task.replay.iter().for_each(|map| inputs.read(map));
     outputs.keep_clear_of(&inputs)
 }
 
@@ -110,7 +111,7 @@ pub fn check(args: &FilmArgs, max_error: Option<f64>, targets: &[Target], output
 pub struct Session<'a> {
     kept: KeptFilm,
     part: Part,
-    args: &'a FilmArgs,
+    task: &'a Task,
     /// Whether everything was rendered that was to be.
     is_done: bool,
     /// Why the film is not in its file, although it was to be kept.
@@ -119,28 +120,21 @@ pub struct Session<'a> {
 
 impl<'a> Session<'a> {
     /// An empty film, or the one that is gone on with.
-    pub fn start(
-        args: &'a RenderArgs,
-        ready: &Ready,
-        identity: String,
-        metadata: Metadata,
-        display: Display,
-        limits: Limits,
-    ) -> Result<Self, Failure> {
-        let args = &args.film;
+    pub fn start(task: &'a Task, ready: &Ready, identity: String, metadata: Metadata, display: Display) -> Result<Self, Failure> {
+        let limits = task.options.limits;
         let mut film = ready.film(&identity);
-        if let Some(path) = &args.resume {
+        if let Some(path) = &task.resume {
             let earlier = read_film(path, &limits)?;
             refuse_other_program(path, &earlier.metadata)?;
             film.adopt(earlier.film).map_err(|error| foreign(path, error))?;
         }
-        if let Some(path) = &args.replay {
+        if let Some(path) = &task.replay {
             let map = read_film(path, &limits)?;
             refuse_other_program(path, &map.metadata)?;
             film.replay(&map.film).map_err(|error| foreign(path, error))?;
         }
         let whole = film.whole();
-        let part = match args.part {
+        let part = match task.part {
             Some(Share { of, .. }) if of > whole.tiles.end => {
                 let error = Error::usage(format_args!(
                     "--part divides the picture into {of} shares, and it has {} tiles",
@@ -151,23 +145,17 @@ impl<'a> Session<'a> {
             Some(Share { number, of }) => whole.share(number - 1, of),
             None => whole,
         };
-        Ok(Self { kept: KeptFilm { film, metadata, display }, part, args, is_done: false, unkept: None })
+        Ok(Self { kept: KeptFilm { film, metadata, display }, part, task, is_done: false, unkept: None })
     }
 
     /// Renders what is lacking, and keeps it now and then and in the end. A film that can't be kept is no reason to give up the picture.
-    pub fn render(
-        &mut self,
-        ready: &Ready,
-        progress: &Progress,
-        report: &ReportArgs,
-        (clock, stop): (&Clock, &AtomicBool),
-    ) -> Result<(), Failure> {
-        let deadline = self.args.budget.map(|budget| clock.began() + budget);
-        let tells = report.progress == ProgressStyle::Json && report.verbosity > Verbosity::Quiet;
+    pub fn render(&mut self, ready: &Ready, progress: &Progress, (clock, stop): (&Clock, &AtomicBool)) -> Result<(), Failure> {
+        let deadline = self.task.budget.map(|budget| clock.began() + budget);
+        let tells = self.task.progress == ProgressStyle::Json && self.task.verbosity > Verbosity::Quiet;
         let (mut keep_every, mut kept, mut told) = (KEEP_EVERY, Instant::now(), Instant::now());
         let mut error = LatestError::default();
         loop {
-            let keep_at = self.args.checkpoint.is_some().then(|| kept + keep_every);
+            let keep_at = self.task.checkpoint.is_some().then(|| kept + keep_every);
             let tell_at = tells.then(|| told + TELL_EVERY);
             let pause_at = keep_at.into_iter().chain(tell_at).min();
             let watch = Watch { progress: Some(progress), patience: Patience { deadline, pause_at }, began: clock.began(), stop };
@@ -182,7 +170,7 @@ impl<'a> Session<'a> {
             }
             if ends || keep_at.is_some_and(|keep_at| Instant::now() >= keep_at) {
                 let began = Instant::now();
-                self.keep(report);
+                self.keep();
                 keep_every = KEEP_EVERY.max(20 * began.elapsed());
                 kept = Instant::now();
             }
@@ -210,12 +198,12 @@ impl<'a> Session<'a> {
     }
 
     /// Writes the film where it is to be kept. A disk may have room again by the next time.
-    fn keep(&mut self, report: &ReportArgs) {
-        let Some(path) = &self.args.checkpoint else { return };
+    fn keep(&mut self) {
+        let Some(path) = &self.task.checkpoint else { return };
         self.kept.metadata.settings = origin::with_samples(&self.kept.metadata.settings, &self.samples());
         let failed = write_film(path, &mut self.kept).err();
         if let Some(error) = failed.as_ref().filter(|_| !self.is_done && self.unkept.is_none()) {
-            report.verbosity.warn(format_args!("the film is not kept, and rendering goes on: {}", error.message()));
+            self.task.verbosity.warn(format_args!("the film is not kept, and rendering goes on: {}", error.message()));
         }
         self.unkept = failed;
     }
@@ -227,7 +215,7 @@ impl<'a> Session<'a> {
 
     /// Notes where there was no time for anything but the first pass.
     pub fn note_slow(&self, clock: &Clock, notes: &mut Notes) {
-        if let Some(budget) = self.args.budget.map(|budget| budget.as_secs_f64())
+        if let Some(budget) = self.task.budget.map(|budget| budget.as_secs_f64())
             && clock.total() > 1.1 * budget
         {
             notes.hint(format!(
@@ -265,14 +253,14 @@ impl<'a> Session<'a> {
 
     /// Files that were written, this run's film among them.
     pub fn with_own(&self, mut written: Vec<String>) -> Vec<String> {
-        let kept = self.args.checkpoint.as_ref().filter(|_| self.unkept.is_none());
+        let kept = self.task.checkpoint.as_ref().filter(|_| self.unkept.is_none());
         written.extend(kept.map(|path| shown(path)));
         written
     }
 
     /// The end of an interrupted run, with how to go on where it was kept.
     pub fn explained(&self, failure: Failure) -> Failure {
-        match (&self.args.checkpoint, &self.unkept) {
+        match (&self.task.checkpoint, &self.unkept) {
             (Some(_), Some(error)) => failure.with_hint(format_args!("it can't be gone on with: {}", error.message())),
             (Some(path), None) => {
                 failure.with_hint(format_args!("go on with --resume {}", origin::quoted(&path.to_string_lossy())))

@@ -5,7 +5,6 @@ mod series;
 pub mod tell;
 pub mod write;
 
-use std::ffi::OsStr;
 use std::io::{self, IsTerminal};
 
 use raywright_core::denoise::FEWEST_SAMPLES;
@@ -15,28 +14,27 @@ use raywright_core::ladder::Value;
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered};
 use raywright_io::output::{Format, Metadata, pixel_hash};
-use raywright_io::{Error, Limits, Loaded};
+use raywright_io::{Error, LoadOptions, Loaded};
 
-use crate::args::RenderArgs;
 use crate::beginning::Beginning;
 use crate::clock::Clock;
 use crate::console;
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::origin;
-use crate::plan::Plan;
+use crate::plan::{Plan, Task};
 use crate::targets::{Outputs, Target};
 use film::Session;
 pub use series::run;
 
 /// What a picture's file says of where it comes from.
-fn metadata(args: &RenderArgs, session: &Session) -> Metadata {
-    if args.no_metadata { Metadata::default() } else { session.metadata().clone() }
+fn metadata(task: &Task, session: &Session) -> Metadata {
+    if task.has_metadata { session.metadata().clone() } else { Metadata::default() }
 }
 
 /// The hash of a picture's pixels, where it is asked for, beside each file that has them; beside a name where none has.
-fn print_hash(args: &RenderArgs, rendered: &Rendered, files: &[String], name: &str) -> Result<(), Failure> {
-    if !args.report.hash {
+fn print_hash(task: &Task, rendered: &Rendered, files: &[String], name: &str) -> Result<(), Failure> {
+    if !task.hash {
         return Ok(());
     }
     let (hash, name) = (pixel_hash(rendered.shown()), [name.to_owned()]);
@@ -45,15 +43,20 @@ fn print_hash(args: &RenderArgs, rendered: &Rendered, files: &[String], name: &s
 }
 
 /// What a picture is written in where its name is not the user's.
-fn default_format(args: &RenderArgs) -> Format {
-    if wants_floats(args) { Format::Exr } else { Format::Png }
+fn default_format(task: &Task) -> Format {
+    if wants_floats(task) { Format::Exr } else { Format::Png }
 }
 
 /// A session for one picture of a scene.
-fn start<'a>(args: &'a RenderArgs, loaded: &Loaded, ready: &Ready, plan: &Plan) -> Result<Session<'a>, Failure> {
-    let identity = origin::identity(loaded, &args.changes, &args.choices);
-    let metadata = origin::metadata(loaded, plan, &args.choices);
-    Session::start(args, ready, identity, metadata, plan.display, limits(args))
+fn start<'a>(
+    task: &'a Task,
+    options: &LoadOptions,
+    (loaded, ready): (&Loaded, &Ready),
+    plan: &Plan,
+) -> Result<Session<'a>, Failure> {
+    let identity = origin::identity(loaded, options, &task.choices);
+    let metadata = origin::metadata(loaded, plan, &task.choices);
+    Session::start(task, ready, identity, metadata, plan.display)
 }
 
 /// What is known of a picture before it is rendered.
@@ -73,15 +76,15 @@ fn note_rendered(loaded: &Loaded, rendered: &Rendered, plan: &Plan, targets: &[T
 }
 
 /// Whether the files of a picture hold what is asked for.
-fn check(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure> {
-    refuse_terminal(args, targets)?;
-    refuse_layers_without_place(args, targets)?;
-    refuse_codes_for_floats(args, targets)
+fn check(task: &Task, targets: &[Target]) -> Result<(), Failure> {
+    refuse_terminal(task, targets)?;
+    refuse_layers_without_place(task, targets)?;
+    refuse_codes_for_floats(task, targets)
 }
 
 /// Binary data would garble a terminal, and text the binary data.
-fn refuse_terminal(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure> {
-    if targets.contains(&Target::Stdout) && args.report.hash {
+fn refuse_terminal(task: &Task, targets: &[Target]) -> Result<(), Failure> {
+    if targets.contains(&Target::Stdout) && task.hash {
         let error = Error::usage("-o - and --hash both write to standard output");
         return Err(error.with_hint("name a file with -o").into());
     }
@@ -93,8 +96,8 @@ fn refuse_terminal(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure>
 }
 
 /// Denoising was asked for by name where it can't be. A first look is one without, too.
-fn refuse_to_denoise(args: &RenderArgs, settings: &Settings, ready: &Ready, notes: &mut Notes) -> Result<(), Failure> {
-    if !settings.denoise || args.light.quick {
+fn refuse_to_denoise(task: &Task, settings: &Settings, ready: &Ready, notes: &mut Notes) -> Result<(), Failure> {
+    if !settings.denoise || task.is_quick {
         return Ok(());
     }
     if !ready.is_by_chance() {
@@ -110,8 +113,8 @@ fn refuse_to_denoise(args: &RenderArgs, settings: &Settings, ready: &Ready, note
 }
 
 /// Layers fit into an EXR or a film only.
-fn refuse_layers_without_place(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure> {
-    if args.aov.is_empty() || args.film.checkpoint.is_some() || targets.iter().any(Target::has_layers) {
+fn refuse_layers_without_place(task: &Task, targets: &[Target]) -> Result<(), Failure> {
+    if task.layers.is_empty() || task.checkpoint.is_some() || targets.iter().any(Target::has_layers) {
         return Ok(());
     }
     let error = Error::usage("--aov adds layers to an .exr picture, and none is written");
@@ -119,13 +122,13 @@ fn refuse_layers_without_place(args: &RenderArgs, targets: &[Target]) -> Result<
 }
 
 /// Whether pictures are to keep linear numbers alone.
-fn wants_floats(args: &RenderArgs) -> bool {
-    args.choices.rungs.iter().any(|choice| choice.value() == Value::Output(Output::Float))
+fn wants_floats(task: &Task) -> bool {
+    task.choices.rungs.iter().any(|choice| choice.value() == Value::Output(Output::Float))
 }
 
 /// A PNG holds codes.
-fn refuse_codes_for_floats(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure> {
-    if !wants_floats(args) || targets.iter().all(Target::has_layers) {
+fn refuse_codes_for_floats(task: &Task, targets: &[Target]) -> Result<(), Failure> {
+    if !wants_floats(task) || targets.iter().all(Target::has_layers) {
         return Ok(());
     }
     let error = Error::usage("--rung output=float keeps linear numbers, and a PNG has codes of display values");
@@ -133,8 +136,8 @@ fn refuse_codes_for_floats(args: &RenderArgs, targets: &[Target]) -> Result<(), 
 }
 
 /// The report is JSON in a file of its own.
-fn check_stats_target(args: &RenderArgs, outputs: &mut Outputs) -> Result<(), Failure> {
-    let Some(path) = &args.report.stats else { return Ok(()) };
+fn check_stats_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failure> {
+    let Some(path) = &task.stats else { return Ok(()) };
     if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("json")) {
         let error = Error::usage(format_args!("--stats {}: the name does not end in .json", path.display()));
         return Err(error.with_hint(format!("--stats {}", path.with_extension("json").display())).into());
@@ -143,27 +146,22 @@ fn check_stats_target(args: &RenderArgs, outputs: &mut Outputs) -> Result<(), Fa
 }
 
 /// The beginning of a render: until there is something to keep. A scene of several that takes too much does not keep the others away.
-fn begin(name: &OsStr, args: &RenderArgs, clock: &Clock) -> Result<Beginning, Failure> {
-    let time = args.film.budget.map(|budget| (clock.began(), budget));
-    let memory = if args.scenes.len() > 1 { u64::MAX } else { limits(args).memory_bytes };
-    Beginning::of(name, memory, time)
-}
-
-fn limits(args: &RenderArgs) -> Limits {
-    let own = Limits::default();
-    Limits { memory_bytes: args.machine.max_memory.unwrap_or(own.memory_bytes), ..own }
+fn begin(task: &Task, clock: &Clock) -> Result<Beginning, Failure> {
+    let time = task.budget.map(|budget| (clock.began(), budget));
+    let memory = if task.scenes.len() > 1 { u64::MAX } else { task.options.limits.memory_bytes };
+    Beginning::of(&task.scenes[0], memory, time)
 }
 
 /// The picture in a few words: its size, its samples, and how far it probably is from the true one.
 fn described(
-    args: &RenderArgs,
+    task: &Task,
     settings: &Settings,
     session: &Session,
     (ready, rendered): (&Ready, &Rendered),
     noisy: Option<&Uncertainty>,
     notes: &mut Notes,
 ) -> String {
-    let asked = args.light.max_error;
+    let asked = task.max_error;
     let noisy = noisy.filter(|_| ready.follows_paths() || asked.is_some() || rendered.denoised().is_some());
     let error = tell::error(noisy, session.film(), rendered, asked, notes);
     let error = error.map(|error| format!(", {error}")).unwrap_or_default();

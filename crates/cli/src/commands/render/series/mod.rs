@@ -1,11 +1,12 @@
 //! The pictures of a run: one, or several of several scenes, from several views, once around, or of several moments. A scene is loaded once
 //! for each moment and prepared once where only the camera moves; each picture has the bits of a run of its own.
 
-mod shots;
+mod names;
 mod together;
 
 use std::cell::OnceCell;
 use std::collections::HashMap;
+use std::ffi::OsString;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -15,18 +16,17 @@ use raywright_core::framing::Silhouette;
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered, Scene, estimate};
 use raywright_io::output::write_atomically;
-use raywright_io::{Error, Input, Inputs, Loaded};
+use raywright_io::{Error, Input, Inputs, LoadOptions, Loaded};
 
 use super::film::Session;
-use super::{film, limits, tell, write};
-use crate::args::{RenderArgs, ReportArgs};
+use super::{film, tell, write};
 use crate::beginning::Beginning;
 use crate::clock::{Clock, Seconds, spoken};
 use crate::commands::denoise;
 use crate::console;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
-use crate::plan::{self, Plan};
+use crate::plan::{Plan, Shot, Task};
 use crate::progress::Progress;
 use crate::ready::prepared;
 use crate::stats::Stats;
@@ -35,26 +35,22 @@ use crate::targets::{Outputs, Target};
 use crate::threads::Threads;
 use crate::watch::Watch;
 use crate::{interrupt, scene_input};
-use shots::Shot;
 use together::Together;
 
 /// Renders scenes and writes their pictures.
-pub fn run(args: &RenderArgs) -> Result<(), Failure> {
-    let shots = shots::shots(&args.view);
-    let mut notes = Notes::new(args.report.verbosity);
-    let mut series = Series::start(args, &shots)?;
-    let done = series.render(&shots, &mut notes);
+pub fn run(task: &Task) -> Result<(), Failure> {
+    let mut notes = Notes::new(task.verbosity);
+    let mut series = Series::start(task)?;
+    let done = series.render(&mut notes);
     series.progress.finish();
     notes.finish();
-    done?.iter().for_each(|line| args.report.verbosity.say(line));
+    done?.iter().for_each(|line| task.verbosity.say(line));
     series.verdict()
 }
 
 /// The pictures of a run. A single one is a series of one, which alone may be kept as a film or go to standard output.
 struct Series<'a> {
-    args: &'a RenderArgs,
-    /// Whether it is one picture that nothing holds together with others.
-    is_single: bool,
+    task: &'a Task,
     clock: Clock,
     /// Until the first picture is begun.
     beginning: Option<Beginning>,
@@ -95,34 +91,29 @@ struct Taken<'a> {
 
 impl<'a> Series<'a> {
     /// Everything that can be known before a scene is read.
-    fn start(args: &'a RenderArgs, shots: &[Shot]) -> Result<Self, Failure> {
+    fn start(task: &'a Task) -> Result<Self, Failure> {
         let clock = Clock::start();
-        let is_single = shots::is_single(args, shots);
-        if !is_single {
-            shots::refuse_what_is_of_one_picture(args)?;
-        }
         let mut outputs = Outputs::default();
-        let count = args.scenes.len().max(1) * shots.len();
-        let targets = shots::named(&args.outputs, (!is_single).then_some(count), &mut outputs)?;
-        let together = Together::start(args, count, shots::rate(&args.view), &mut outputs)?;
-        if is_single || targets.iter().any(|targets| !targets.is_empty()) {
-            targets.iter().try_for_each(|targets| super::check(args, targets))?;
+        let count = task.scenes.len() * task.shots.len();
+        let targets = names::named(&task.outputs, (!task.is_single).then_some(count), &mut outputs)?;
+        let together = Together::start(task, count, &mut outputs)?;
+        if task.is_single || targets.iter().any(|targets| !targets.is_empty()) {
+            targets.iter().try_for_each(|targets| super::check(task, targets))?;
         }
-        super::check_stats_target(args, &mut outputs)?;
-        film::check(&args.film, args.light.max_error, &targets[0], &mut outputs)?;
-        let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
-        let names = if args.scenes.is_empty() { vec![scene_input::unnamed()?] } else { args.scenes.clone() };
-        if names.iter().filter(|name| *name == "-").count() > 1 {
+        super::check_stats_target(task, &mut outputs)?;
+        film::check(task, &targets[0], &mut outputs)?;
+        let (stop, threads) = (interrupt::flag()?, Threads::new(task.threads)?);
+        if task.scenes.iter().filter(|name| *name == "-").count() > 1 {
             return Err(Error::usage("standard input is one scene, and `-` is named twice").into());
         }
-        let beginning = Some(super::begin(&names[0], args, &clock)?);
-        let inputs = names.iter().map(|name| scene_input::input(name, &limits(args))).collect::<Result<Vec<_>, _>>()?;
-        let progress = Progress::start("rendering", args.report.progress, args.report.verbosity).of_pieces(count);
+        let beginning = Some(super::begin(task, &clock)?);
+        let input = |name: &OsString| scene_input::input(name, &task.options.limits);
+        let inputs = task.scenes.iter().map(input).collect::<Result<Vec<_>, _>>()?;
+        let progress = Progress::start("rendering", task.progress, task.verbosity).of_pieces(count);
         let (names, failed, description) = (Vec::new(), Vec::new(), Default::default());
         let (loaded, clear_of, finished, error, unkept) = (HashMap::new(), Inputs::default(), 0, None, None);
         let mut series = Self {
-            args,
-            is_single,
+            task,
             clock,
             beginning,
             stop,
@@ -141,20 +132,20 @@ impl<'a> Series<'a> {
             failed,
             unkept,
         };
-        if !is_single {
+        if !task.is_single {
             // Scenes are no pictures; what they name besides is known when they are read.
-            series.name_pictures(shots, &Inputs::default())?;
-            series.keep_clear_of_all(shots)?;
+            series.name_pictures(&Inputs::default())?;
+            series.keep_clear_of_all()?;
         }
         Ok(series)
     }
 
     /// Calls the pictures after their scenes, where no file was asked for.
-    fn name_pictures(&mut self, shots: &[Shot], inputs: &Inputs) -> Result<(), Failure> {
+    fn name_pictures(&mut self, inputs: &Inputs) -> Result<(), Failure> {
         let has_own = self.targets.iter().any(|targets| !targets.is_empty());
-        if !has_own && !self.together.is_some() && self.args.film.part.is_none() {
-            let format = super::default_format(self.args);
-            self.targets = shots::unnamed(format, &self.inputs, shots, (&mut self.outputs, inputs))?;
+        if !has_own && !self.together.is_some() && self.task.part.is_none() {
+            let format = super::default_format(self.task);
+            self.targets = names::unnamed(format, &self.inputs, &self.task.shots, (&mut self.outputs, inputs))?;
         }
         Ok(())
     }
@@ -162,7 +153,7 @@ impl<'a> Series<'a> {
     /// What a later scene names is known when it is read, which is too late for a file of its that an earlier picture would replace. So where
     /// a picture would replace anything at all, all scenes are read beforehand, and kept for their turn as far as they are small; what is wrong
     /// with one is said then.
-    fn keep_clear_of_all(&mut self, shots: &[Shot]) -> Result<(), Failure> {
+    fn keep_clear_of_all(&mut self) -> Result<(), Failure> {
         let mut named = Inputs::default();
         self.inputs.iter().for_each(|input| {
             if let Input::Path(path) = input {
@@ -175,7 +166,7 @@ impl<'a> Series<'a> {
         }
         let mut bytes = 0;
         for scene in 1..self.inputs.len() {
-            let loaded = self.load(scene, shots.first().and_then(|shot| shot.at));
+            let loaded = self.load(scene, &self.task.shots[0]);
             if let Ok(loaded) = &loaded {
                 self.outputs.keep_clear_of(&loaded.inputs)?;
                 bytes += bytes_of(&loaded.scene);
@@ -187,27 +178,31 @@ impl<'a> Series<'a> {
         Ok(())
     }
 
-    /// Reads a scene at a moment, or at the one that the flags say.
-    fn load(&self, scene: usize, at: Option<f64>) -> Result<Loaded, Failure> {
-        let mut changes = self.args.changes.clone();
-        changes.at = at.or(changes.at);
-        let ReportArgs { progress: style, verbosity, .. } = self.args.report;
+    /// How a scene is read for a picture: at its moment, or at the one that the flags say.
+    fn options(&self, shot: &Shot) -> LoadOptions {
+        let mut options = self.task.options.clone();
+        options.overrides.at = shot.at.or(options.overrides.at);
+        options
+    }
+
+    fn load(&self, scene: usize, shot: &Shot) -> Result<Loaded, Failure> {
+        let Task { is_single, progress, verbosity, .. } = *self.task;
         // Of a series, the pictures are the progress.
-        let loading = if self.is_single { Progress::start("loading", style, verbosity) } else { Progress::hidden() };
-        self.threads.run(|| scene_input::load(&self.inputs[scene], &changes, limits(self.args), &loading))
+        let loading = if is_single { Progress::start("loading", progress, verbosity) } else { Progress::hidden() };
+        self.threads.run(|| scene_input::load(&self.inputs[scene], &self.options(shot), &loading))
     }
 
     /// Renders the pictures of all scenes; what is said in the end, but of one that went to standard output alone. A scene that can't be rendered
     /// does not keep the others away.
-    fn render(&mut self, shots: &[Shot], notes: &mut Notes) -> Result<Option<String>, Failure> {
+    fn render(&mut self, notes: &mut Notes) -> Result<Option<String>, Failure> {
         for scene in 0..self.inputs.len() {
-            let Err(failure) = self.render_scene(scene, shots, notes) else { continue };
+            let Err(failure) = self.render_scene(scene, notes) else { continue };
             if failure.exit == Exit::Interrupted || self.inputs.len() == 1 {
                 return Err(failure);
             }
             console::tell(failure.message.trim_end());
             self.failed.push(failure.exit);
-            (0..shots.len()).for_each(|_| self.progress.finish_piece());
+            self.task.shots.iter().for_each(|_| self.progress.finish_piece());
         }
         let together = self.together.write()?;
         let files = [ranges(&self.names), together].concat().join(", ");
@@ -222,31 +217,31 @@ impl<'a> Series<'a> {
     }
 
     /// Renders all pictures of a scene.
-    fn render_scene(&mut self, scene: usize, shots: &[Shot], notes: &mut Notes) -> Result<(), Failure> {
+    fn render_scene(&mut self, scene: usize, notes: &mut Notes) -> Result<(), Failure> {
         let mut moment: Option<Moment> = None;
-        for (i, shot) in shots.iter().enumerate() {
+        for (i, shot) in self.task.shots.iter().enumerate() {
             // What holds for one picture of a scene mostly holds for all.
             let mut silent = Notes::new(console::Verbosity::Quiet);
             let notes = if i == 0 { &mut *notes } else { &mut silent };
             let now = match moment.take() {
                 Some(moment) if shot.at.is_none() => moment,
-                _ => self.moment(scene, shots, i, notes)?,
+                _ => self.moment(scene, i, notes)?,
             };
-            self.render_shot(scene * shots.len() + i, shot, moment.insert(now), notes)?;
+            self.render_shot(scene * self.task.shots.len() + i, shot, moment.insert(now), notes)?;
         }
         Ok(())
     }
 
     /// A scene at the moment of one of its pictures.
-    fn moment(&mut self, scene: usize, shots: &[Shot], i: usize, notes: &mut Notes) -> Result<Moment, Failure> {
+    fn moment(&mut self, scene: usize, i: usize, notes: &mut Notes) -> Result<Moment, Failure> {
         let early = if i == 0 { self.loaded.remove(&scene) } else { None };
-        let loaded = early.unwrap_or_else(|| self.load(scene, shots[i].at))?;
+        let loaded = early.unwrap_or_else(|| self.load(scene, &self.task.shots[i]))?;
         if self.inputs.len() > 1 && i == 0 {
             notes.turn_to(&loaded.source.name);
         }
         notes.warn_of(&loaded);
-        if self.is_single {
-            self.name_pictures(shots, &loaded.inputs)?;
+        if self.task.is_single {
+            self.name_pictures(&loaded.inputs)?;
         }
         // Each of thousands of moments reads the same files.
         if loaded.inputs != self.clear_of {
@@ -259,13 +254,10 @@ impl<'a> Series<'a> {
 
     /// Renders one picture and writes it.
     fn render_shot(&mut self, number: usize, shot: &Shot, moment: &mut Moment, notes: &mut Notes) -> Result<(), Failure> {
-        let mut own = self.args.clone();
-        own.changes.at = shot.at.or(own.changes.at);
-        own.view.view = shot.seen_from(|| moment.silhouette());
-        let plan = moment.settle(&own)?;
+        let plan = moment.settle(self.task, shot)?;
         let load = self.clock.lap();
         match moment.prepare(&plan, &self.threads, self.stop) {
-            Err(failure) if failure.exit == Exit::Interrupted && !self.is_single => {
+            Err(failure) if failure.exit == Exit::Interrupted && !self.task.is_single => {
                 let is_free = |path: &Path| self.outputs.leave_free(path, &moment.loaded.inputs);
                 return Err(write::interrupted(self.together.keep(is_free), Some([self.finished, self.targets.len()])));
             }
@@ -274,20 +266,20 @@ impl<'a> Series<'a> {
         let prepare = self.clock.lap();
         let Moment { loaded, ready: Some(ready), .. } = moment else { return Ok(()) };
         super::note_prepared(loaded, ready, &plan.settings, notes);
-        super::refuse_to_denoise(&own, &plan.settings, ready, notes)?;
-        let mut session = super::start(&own, loaded, ready, &plan)?;
+        super::refuse_to_denoise(self.task, &plan.settings, ready, notes)?;
+        let mut session = super::start(self.task, &self.options(shot), (loaded, ready), &plan)?;
         if self.beginning.take().is_some() {
             self.progress.begin();
         }
-        self.threads.run(|| session.render(ready, &self.progress, &own.report, (&self.clock, self.stop)))?;
+        self.threads.run(|| session.render(ready, &self.progress, (&self.clock, self.stop)))?;
         // In a series, each has progress of its own, and the run has one line.
-        let mut report = own.report.clone();
-        match self.is_single {
-            true => self.progress.finish(),
-            false => report.verbosity = console::Verbosity::Quiet,
+        let mut verbosity = console::Verbosity::Quiet;
+        if self.task.is_single {
+            self.progress.finish();
+            verbosity = self.task.verbosity;
         }
         session.note_slow(&self.clock, notes);
-        let rendered = self.threads.run(|| denoise::rendered(session.film(), &report, self.stop));
+        let rendered = self.threads.run(|| denoise::rendered(session.film(), (self.task.progress, verbosity), self.stop));
         let noisy = self.threads.run(|| session.film().uncertainty());
         let seconds = Seconds { load, prepare, render: self.clock.lap(), ..Seconds::default() };
         let caption = match (self.inputs.len(), shot.caption.as_str()) {
@@ -308,29 +300,29 @@ impl<'a> Series<'a> {
         notes: &mut Notes,
     ) -> Result<(), Failure> {
         let Taken { plan, session, rendered, noisy, mut seconds } = taken;
-        let (args, targets) = (self.args, &self.targets[number]);
-        let metadata = super::metadata(args, &session);
+        let (task, targets) = (self.task, &self.targets[number]);
+        let metadata = super::metadata(task, &session);
         let is_free = |path: &Path| self.outputs.leave_free(path, &loaded.inputs);
         if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
             let own = write::keep(&rendered, targets, plan.display, &metadata, is_free);
             let kept = own.and_then(|own| Ok(session.with_own([own, self.together.keep(is_free)?].concat())));
-            let of = (!self.is_single).then_some([self.finished, self.targets.len()]);
+            let of = (!task.is_single).then_some([self.finished, self.targets.len()]);
             return Err(session.explained(write::interrupted(kept, of)));
         }
         let names = write::write(&rendered, targets, plan.display, &metadata, is_free)?;
-        super::print_hash(args, &rendered, &names, caption)?;
+        super::print_hash(task, &rendered, &names, caption)?;
         self.names.push(session.with_own(names));
         self.together.add(rendered.shown(), plan.display, caption)?;
         (seconds.write, seconds.total) = (self.clock.lap(), self.clock.total());
         loaded.warnings.extend(tell::note_losses(&rendered.counters, notes));
-        if let Some(path) = &args.report.stats {
+        if let Some(path) = &task.stats {
             let stats = Stats::new(loaded, ready, &rendered, noisy, seconds);
             write_atomically(path, console::json(&stats).as_bytes())?;
         }
         super::note_rendered(loaded, &rendered, &plan, targets, notes);
         tell::note_shut_away(loaded, ready, session.film(), notes);
-        let description = super::described(args, &plan.settings, &session, (ready, &rendered), noisy.as_ref(), notes);
-        if self.is_single {
+        let description = super::described(task, &plan.settings, &session, (ready, &rendered), noisy.as_ref(), notes);
+        if task.is_single {
             notes.detail(tell::details(ready, &rendered, &seconds).trim_end());
         }
         self.description = [description, super::size_and_samples(&plan.settings, &session)];
@@ -381,15 +373,14 @@ impl Moment {
         self.silhouette.get_or_init(|| Silhouette::of(&self.loaded.scene))
     }
 
-    /// What the arguments amount to for it, with the rungs and switches that change the scene itself.
-    fn settle(&mut self, own: &RenderArgs) -> Result<Plan, Failure> {
-        let mut plan = plan::settle(&self.loaded.scene, own, |view, fov, aspect| {
-            let silhouette = self.silhouette();
+    /// How a picture of it is made.
+    fn settle(&mut self, task: &Task, shot: &Shot) -> Result<Plan, Failure> {
+        let view = shot.seen_from(|| self.silhouette());
+        let Self { loaded, silhouette, .. } = self;
+        task.settle(&mut loaded.scene, view, |scene, view, fov, aspect| {
+            let silhouette = silhouette.get_or_init(|| Silhouette::of(scene));
             silhouette.frame(view.unwrap_or_else(|| silhouette.front()), fov, aspect)
-        })?;
-        plan::choose(&own.choices, &mut self.loaded.scene, &mut plan.settings)?;
-        plan.display.output = plan.settings.output;
-        Ok(plan)
+        })
     }
 
     /// Makes it ready for a picture, by turning the camera alone where that is all that changed.
@@ -426,10 +417,10 @@ mod tests {
             panic!("a right command line")
         };
         std::fs::write(at("0.png"), "old").expect("a file");
-        let (shots, mut notes) = ([Shot::default()], Notes::new(console::Verbosity::Quiet));
-        let mut series = Series::start(&args, &shots).expect("nothing in the way");
+        let task = Task::new(*args, console::Verbosity::Quiet).expect("nothing is wrong with it");
+        let mut series = Series::start(&task).expect("nothing in the way");
         std::fs::remove_file(at("b.obj")).expect("a file");
-        series.render(&shots, &mut notes).expect("pictures");
+        series.render(&mut Notes::new(console::Verbosity::Quiet)).expect("pictures");
         assert!(series.failed.is_empty() && std::path::Path::new(&at("1.png")).exists());
     }
 

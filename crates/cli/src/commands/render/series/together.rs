@@ -7,10 +7,10 @@ use raywright_core::picture::Picture;
 use raywright_io::Error;
 use raywright_io::output::{self, Animation, AnimationFormat, Format, Metadata, Sheet};
 
-use crate::args::RenderArgs;
 use crate::commands::render::write::shown;
 use crate::failure::Failure;
 use crate::origin;
+use crate::plan::Task;
 use crate::targets::Outputs;
 
 /// The files, each with what it has so far.
@@ -21,14 +21,14 @@ pub struct Together {
 }
 
 impl Together {
-    /// Files for so many pictures, so many a second.
-    pub fn start(args: &RenderArgs, count: usize, rate: f64, outputs: &mut Outputs) -> Result<Self, Failure> {
-        let metadata = match args.no_metadata {
-            true => Metadata::default(),
-            false => Metadata { software: origin::SOFTWARE.to_owned(), command: origin::command_line(), ..Metadata::default() },
+    /// Files for so many pictures.
+    pub fn start(task: &Task, count: usize, outputs: &mut Outputs) -> Result<Self, Failure> {
+        let metadata = match task.has_metadata {
+            false => Metadata::default(),
+            true => Metadata { software: origin::SOFTWARE.to_owned(), command: origin::command_line(), ..Metadata::default() },
         };
         let mut sheet = None;
-        if let Some(path) = &args.sheet {
+        if let Some(path) = &task.sheet {
             if Format::of(path)? != Format::Png {
                 return Err(Error::usage(format_args!("{}: a sheet is a .png", path.display())).into());
             }
@@ -36,9 +36,9 @@ impl Together {
             sheet = Some((path.clone(), Sheet::new(count)));
         }
         let mut animations = Vec::new();
-        for (path, format) in args.outputs.iter().filter_map(|path| Some((path, AnimationFormat::of(path)?))) {
+        for (path, format) in task.outputs.iter().filter_map(|path| Some((path, AnimationFormat::of(path)?))) {
             outputs.add(path, "-o")?;
-            animations.push((path.clone(), Animation::new(path, format, rate, metadata.clone())?));
+            animations.push((path.clone(), Animation::new(path, format, task.rate, metadata.clone())?));
         }
         Ok(Self { sheet, animations, metadata })
     }

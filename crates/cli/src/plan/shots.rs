@@ -1,0 +1,97 @@
+//! Which pictures of each scene a run makes.
+
+use raywright_core::framing::{Silhouette, View};
+
+use crate::args::ViewArgs;
+
+/// One picture of a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shot {
+    /// What its file is called after where the user named none; empty: after the scene alone.
+    pub label: String,
+    /// What is written below it on a sheet.
+    pub caption: String,
+    /// The moment, where it is not the one of all.
+    pub at: Option<f64>,
+    /// From where it is taken, where that is not from the scene's own camera.
+    view: Option<View>,
+    /// Degrees further around than the view in force.
+    turn: Option<f64>,
+}
+
+impl Shot {
+    /// From where the picture is taken, where that is not the scene's own camera.
+    pub fn seen_from<'a>(&self, silhouette: impl FnOnce() -> &'a Silhouette) -> Option<View> {
+        let Some(turn) = self.turn else { return self.view };
+        let view = self.view.unwrap_or_else(|| silhouette().front());
+        Some(View { azimuth: view.azimuth + turn, ..view })
+    }
+}
+
+/// The pictures of each scene that the flags ask for: the usual one, which has no label, where they ask for no others.
+pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
+    let numbered =
+        |number: usize, caption: String| Shot { label: format!("{number:04}"), caption, view: args.view, ..Shot::default() };
+    if let Some(views) = &args.views {
+        let shot = |(name, view): &(String, View)| Shot {
+            label: name.replace(',', "_"),
+            caption: name.clone(),
+            view: Some(*view),
+            ..Shot::default()
+        };
+        views.0.iter().map(shot).collect()
+    } else if let Some(count) = args.turntable {
+        let degrees = (0..count).map(|i| 360.0 * f64::from(i) / f64::from(count));
+        degrees.enumerate().map(|(i, turn)| Shot { turn: Some(turn), ..numbered(i, format!("{turn:.0}°")) }).collect()
+    } else if let Some(frames) = args.frames {
+        let times = frames.times().enumerate();
+        times.map(|(i, time)| Shot { at: Some(time), ..numbered(i, format!("{time:.2} s")) }).collect()
+    } else {
+        vec![Shot { view: args.view, ..Shot::default() }]
+    }
+}
+
+/// Pictures a second of an animation: those of a film as they say, a turn smoothly, and others slowly enough to be looked at.
+pub(super) fn rate(args: &ViewArgs) -> f64 {
+    match (args.frames, args.turntable) {
+        (Some(frames), _) => frames.rate,
+        (None, Some(_)) => 25.0,
+        (None, None) => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::values;
+
+    /// Protects: each flag makes the pictures that it says, in order, and none asks for the usual one, from the view that is asked for.
+    #[test]
+    fn flags_make_pictures() {
+        let view = Some(View { azimuth: 3.0, elevation: 4.0 });
+        for (asked, expected) in [(None, None), (view, view)] {
+            let found = shots(&ViewArgs { view: asked, ..ViewArgs::default() });
+            assert_eq!(found, [Shot { view: expected, ..Shot::default() }]);
+        }
+        let views = values::views("front,30,-20,iso").expect("views");
+        let found = shots(&ViewArgs { views: Some(views), ..ViewArgs::default() });
+        let labels: Vec<_> = found.iter().map(|shot| shot.label.as_str()).collect();
+        assert_eq!(labels, ["front", "30_-20", "iso"]);
+        assert_eq!(found[1].view, Some(View { azimuth: 30.0, elevation: -20.0 }));
+        let turns = shots(&ViewArgs { turntable: Some(4), ..ViewArgs::default() });
+        assert_eq!(turns.iter().map(|shot| shot.turn).collect::<Vec<_>>(), [0.0, 90.0, 180.0, 270.0].map(Some));
+        let played = ViewArgs { frames: Some(values::frames("0..1:12").expect("moments")), ..ViewArgs::default() };
+        let rates = [played, ViewArgs { turntable: Some(4), ..ViewArgs::default() }, ViewArgs::default()].map(|args| rate(&args));
+        assert_eq!(rates, [12.0, 25.0, 1.0]);
+        let frames = |text: &str| {
+            let frames = Some(values::frames(text).expect("moments"));
+            shots(&ViewArgs { frames, ..ViewArgs::default() }).iter().filter_map(|shot| shot.at).collect::<Vec<_>>()
+        };
+        assert_eq!(frames("0..1:4"), [0.0, 0.25, 0.5, 0.75]);
+        assert_eq!((frames("-1..0.5:2"), frames("0..0.1:3")), (vec![-1.0, -0.5, 0.0], vec![0.0]));
+        for wrong in ["", "1", "0..1", "1..0:5", "0..1:0", "0..1:-2", "0..1e9:25", "a..b:c"] {
+            assert!(values::frames(wrong).is_err(), "{wrong}");
+        }
+        assert!(values::views("front,top,sideways").is_err() && values::views("30").is_err());
+    }
+}
