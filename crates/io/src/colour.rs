@@ -1,6 +1,6 @@
 //! Colours as people write them elsewhere: `#e6b219`, `white`, `rgb(230, 178, 25)`. They are codes of the sRGB curve, and become linear.
 
-use csscolorparser::parse;
+use css_color::Srgb;
 use raywright_core::display::curve::decode;
 use raywright_core::scene::TransferCurve;
 
@@ -12,9 +12,9 @@ pub fn parse_colour(text: &str) -> Option<[f64; 3]> {
     if !(text.starts_with('#') || text.starts_with("rgb") || is_name()) {
         return None;
     }
-    let colour = parse(text).ok().filter(|colour| colour.a >= 1.0)?;
+    let colour: Srgb = text.parse().ok().filter(|colour: &Srgb| colour.alpha >= 1.0)?;
     // Codes are whole numbers in all three notations.
-    Some([colour.r, colour.g, colour.b].map(|share| {
+    Some([colour.red, colour.green, colour.blue].map(|share| {
         let code = (f64::from(share) * 255.0).round();
         decode(TransferCurve::Srgb, code / 255.0)
     }))
