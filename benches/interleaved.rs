@@ -13,7 +13,7 @@ mod threads;
 mod turns;
 
 use raywright::core::Scene;
-use raywright::core::settings::{KernelChoice, PrecisionChoice, Sampling, Settings};
+use raywright::core::settings::{PrecisionChoice, Sampling, Settings};
 use raywright::io::{Input, LoadOptions, load};
 
 use mesh::mesh;
@@ -38,7 +38,6 @@ fn main() {
     }
     let Some(whitted) = preset("whitted") else { return };
     two_threads(&whitted, "whitted", FULL);
-    kernels(&whitted, "whitted");
     precisions(&whitted, "whitted", SMALL);
     precisions(&mesh(), "mesh of 65 536 triangles", SMALL);
     for name in ["shapes", "product"] {
@@ -73,14 +72,6 @@ fn two_threads(scene: &Scene, name: &str, size: [u32; 2]) {
     let [one, two] = pools.each_ref().map(|pool| || drop(pool.install(|| ready.render(&()))));
     let contestants = [Contestant { name: "one thread", work: &one }, Contestant { name: "two threads", work: &two }];
     print!("{}", interleaved(&title, ROUNDS, &contestants));
-}
-
-/// What the kernel gains that fits the scene, which gives the same bits as the general one.
-fn kernels(scene: &Scene, name: &str) {
-    let with = |kernel| move |s: &mut Settings| s.kernel = kernel;
-    let variants: [Variant<'_>; 2] =
-        [("fitting kernel", &with(KernelChoice::Fitting)), ("general kernel", &with(KernelChoice::General))];
-    compare(&format!("{name} at 640x360, by kernel"), scene, SMALL, &variants);
 }
 
 /// What each rung of the arithmetic ladder costs. Scenes by chance take 4 samples a pixel.

@@ -1,11 +1,11 @@
 //! One image, whatever the machine does: its bits depend on scene, settings and seed, not on the accelerator, the builder,
-//! threads, tiles, the crop or the kernel. Held for every scene that the program carries and for a few imported ones.
+//! threads, tiles or the crop. Held for every scene that the program carries and for a few imported ones.
 
 use rayon::ThreadPoolBuilder;
 use raywright::bvh::{AcceleratorKind, BuildQuality};
 use raywright::core::picture::Picture;
 use raywright::core::scene::Integrator;
-use raywright::core::settings::{Aov, Crop, KernelChoice, PrecisionChoice, Sampling};
+use raywright::core::settings::{Aov, Crop, PrecisionChoice, Sampling};
 use raywright::core::{Observer, Rendered, Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
 
@@ -183,29 +183,6 @@ fn crops() {
                 });
                 same(&format!("{}, {sampling:?}: {crop:?}", subject.name), &part(&whole, crop), &cropped);
             }
-        }
-    }
-}
-
-/// Protects: the smallest kernel that covers a scene leaves out code and changes no number.
-#[test]
-fn kernels() {
-    for subject in subjects() {
-        for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
-            let with = |kernel| {
-                subject.render(|s| {
-                    s.precision = precision;
-                    s.kernel = kernel;
-                })
-            };
-            let fitting = with(KernelChoice::Fitting);
-            // Otherwise nothing was compared.
-            if ["whitted", "noise", "gltf/Duck/Duck.glb"].contains(&subject.name.as_str()) {
-                let settings = Settings { precision, ..Settings::of(&subject.scene) };
-                let chosen = prepare(&subject.scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).kernel_name();
-                assert_eq!(chosen == "paths", subject.name.ends_with("glb"), "{}: {chosen} kernel", subject.name);
-            }
-            same(&format!("{}, {precision:?}: kernels", subject.name), &fitting, &with(KernelChoice::General));
         }
     }
 }

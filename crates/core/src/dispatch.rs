@@ -1,4 +1,4 @@
-//! The one place where run-time choices become types: precision and kernel.
+//! The one place where run-time choices become types: precision and integrator.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -7,20 +7,20 @@ use raywright_bvh::Real;
 use crate::effects::{EffectReport, EffectSet, RenderSetup};
 use crate::extent::{self, Extent};
 use crate::film::{Aim, Film, Part, PartError, Plan};
-use crate::integrator::{Analytic, General, Kernel, PathTracer, WhittedTracer};
+use crate::integrator::{PathTracer, WhittedTracer};
 use crate::lookup::Lookup;
 use crate::memory::{Memory, is_available};
 use crate::observer::Observer;
 use crate::prepare::{self, ClosedGap, LightLeak, PrepareError, Prepared, ShutAway, Tables};
 use crate::render::{Rendered, render};
 use crate::scene::{Camera, Integrator, MeshSource, Scene};
-use crate::settings::{KernelChoice, PrecisionChoice, Settings};
+use crate::settings::{PrecisionChoice, Settings};
 use crate::validate::Problem;
 
 /// A scene prepared for one set of settings, ready to render.
 pub struct Ready {
     inner: AnyPrepared,
-    kernel: KernelName,
+    follows_paths: bool,
     settings: Settings,
     effects: EffectReport,
 }
@@ -40,8 +40,7 @@ macro_rules! each {
     };
 }
 
-/// Prepares a validated scene on the current thread pool: what it calls for is found first, then built, and then the kernel is
-/// chosen that contains it.
+/// Prepares a validated scene on the current thread pool: what it calls for is found first, and then built.
 ///
 /// # Errors
 /// See [`PrepareError`].
@@ -57,8 +56,8 @@ pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> R
         return Err(PrepareError::OutOfMemory { needed });
     }
     let inner = AnyPrepared::new(&setup.scene, &setup.settings, simulated, observer)?;
-    let kernel = KernelName::choose(settings.kernel, setup.integrator(), simulated);
-    Ok(Ready { inner, kernel, settings: settings.clone(), effects: setup.effects })
+    let follows_paths = setup.integrator() == Integrator::Path;
+    Ok(Ready { inner, follows_paths, settings: settings.clone(), effects: setup.effects })
 }
 
 /// What of it is not taken yet: meshes and images are there with the scene. A tree is built beside lists of about its size, and a picture
@@ -110,25 +109,6 @@ impl AnyPrepared {
             PrecisionChoice::Robust => Self::Robust(Box::new(Prepared::new(scene, settings, simulated, observer)?)),
             PrecisionChoice::Reference => Self::Reference(Box::new(Prepared::new(scene, settings, simulated, observer)?)),
         })
-    }
-}
-
-/// The kernels that there are, least first.
-#[derive(Clone, Copy, Debug)]
-enum KernelName {
-    Analytic,
-    General,
-    Paths,
-}
-
-impl KernelName {
-    /// The least one that contains what is simulated.
-    fn choose(choice: KernelChoice, integrator: Integrator, simulated: EffectSet) -> Self {
-        match choice {
-            _ if integrator == Integrator::Path => Self::Paths,
-            KernelChoice::Fitting if simulated.is_within(Analytic::CONTAINS) => Self::Analytic,
-            _ => Self::General,
-        }
     }
 }
 
@@ -231,14 +211,14 @@ impl Ready {
     }
 
     fn render_units(&self, film: &mut Film, part: &Part, observer: &dyn Observer) {
-        each!(&self.inner, prepared => self.with_kernel(prepared, film, part, observer));
+        each!(&self.inner, prepared => self.with_integrator(prepared, film, part, observer));
     }
 
-    fn with_kernel<R: Real>(&self, prepared: &Prepared<R>, film: &mut Film, part: &Part, observer: &dyn Observer) {
-        match self.kernel {
-            KernelName::General => render::<R, WhittedTracer<'_, R, General>>(prepared, &self.settings, film, part, observer),
-            KernelName::Analytic => render::<R, WhittedTracer<'_, R, Analytic>>(prepared, &self.settings, film, part, observer),
-            KernelName::Paths => render::<R, PathTracer<'_, R>>(prepared, &self.settings, film, part, observer),
+    fn with_integrator<R: Real>(&self, prepared: &Prepared<R>, film: &mut Film, part: &Part, observer: &dyn Observer) {
+        if self.follows_paths {
+            render::<R, PathTracer<'_, R>>(prepared, &self.settings, film, part, observer);
+        } else {
+            render::<R, WhittedTracer<'_, R>>(prepared, &self.settings, film, part, observer);
         }
     }
 
@@ -256,16 +236,7 @@ impl Ready {
 
     /// Whether light is followed by chance over all surfaces, so that its error is what a picture has most of.
     pub fn follows_paths(&self) -> bool {
-        matches!(self.kernel, KernelName::Paths)
-    }
-
-    /// Name of the kernel that runs.
-    pub fn kernel_name(&self) -> &'static str {
-        match self.kernel {
-            KernelName::General => General::NAME,
-            KernelName::Analytic => Analytic::NAME,
-            KernelName::Paths => "paths",
-        }
+        self.follows_paths
     }
 
     /// Lights of which nothing has been seen in what was rendered into a film of this picture, though many rays were sent to them: they are

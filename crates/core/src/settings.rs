@@ -12,7 +12,7 @@ use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{Camera, Integrator, Pattern, Scene};
 pub use check::SettingsError;
-pub use rungs::{Accumulation, AreaShadows, KernelChoice, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
+pub use rungs::{Accumulation, AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
 
 /// Replicates that so many samples of the general sampler are divided into, where nothing else is asked for: as few as the
 /// estimate of the error allows, because each is less even than all samples together would be.
@@ -191,8 +191,6 @@ pub struct Settings {
     pub precision: PrecisionChoice,
     /// Scan or tree.
     pub accelerator: AcceleratorKind,
-    /// Which kernel.
-    pub kernel: KernelChoice,
     /// Effects that are switched off, of [`crate::effects::SWITCHABLE`].
     pub without: EffectSet,
     /// What camera rays see that hit nothing.
@@ -244,7 +242,6 @@ impl Settings {
             max_error: None,
             precision: PrecisionChoice::default(),
             accelerator: AcceleratorKind::Tree(BuildQuality::default()),
-            kernel: KernelChoice::default(),
             without: EffectSet::EMPTY,
             background: Background::default(),
             aovs: Vec::new(),

@@ -42,11 +42,6 @@ impl EffectSet {
         Self(self.0 & other.0)
     }
 
-    /// Whether another set has all of these.
-    pub const fn is_within(self, other: Self) -> bool {
-        self.without(other).0 == 0
-    }
-
     /// Whether nothing is in it.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
@@ -95,7 +90,6 @@ mod tests {
             let (one, others) = (EffectSet::of(&[effect]), EffectSet::ALL.without(EffectSet::of(&[effect])));
             assert!(one.has(effect) && !others.has(effect) && one.and(others).is_empty());
             assert_eq!((one.iter().collect::<Vec<_>>(), others.iter().count()), (vec![effect], Effect::ALL.len() - 1));
-            assert!(one.is_within(EffectSet::ALL) && !one.is_within(others) && EffectSet::EMPTY.is_within(one));
             assert_eq!([effect, effect].into_iter().collect::<EffectSet>(), one);
         }
         assert_eq!(Effect::named("magic"), None);

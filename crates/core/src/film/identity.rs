@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::settings::Settings;
 
-/// What decides the samples of a picture. How they are computed (threads, accelerator, kernel, memory) does not, and how many of
+/// What decides the samples of a picture. How they are computed (threads, accelerator, memory) does not, and how many of
 /// them there are is the plan's business.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Identity {
@@ -47,7 +47,6 @@ impl Identity {
             replicates: _,
             tile_size: _,
             accelerator: _,
-            kernel: _,
             output: _,
             max_memory: _,
         } = settings;

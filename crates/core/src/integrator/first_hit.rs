@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Hit, Interval, PacketBackoff, Ray, RayPacket, Real, Vector};
 
-use super::{Kernel, PathSegment};
+use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::prepare::{Material, Prepared};
 
@@ -21,8 +21,8 @@ impl FirstHit {
     /// Out of line, and with a surface point of its own: a picture without such layers has only the question in its loop, and
     /// its surface points stay in registers.
     #[inline(never)]
-    pub(super) fn new<R: Real, K: Kernel>(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
-        let at = Interaction::of::<K>(scene, leg, hit);
+    pub(super) fn new<R: Real>(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
+        let at = Interaction::of(scene, leg, hit);
         let here = scene.sources.at(&at);
         let albedo = match &scene.materials[at.material as usize] {
             Material::Classic(m) => m.colour.colour(&here),
@@ -40,11 +40,11 @@ impl FirstHit {
     }
 
     /// The first hit of a camera ray that is followed no further; none for the sky.
-    pub(super) fn of_ray<R: Real, K: Kernel>(scene: &Prepared<R>, ray: Ray<R>) -> Option<Self> {
+    pub(super) fn of_ray<R: Real>(scene: &Prepared<R>, ray: Ray<R>) -> Option<Self> {
         let leg = PathSegment { ray, ..PathSegment::of_camera(scene) };
         let range = Interval { min: scene.least_distances().camera - leg.ahead, max: R::INFINITY };
         let hit = scene.geometry.closest(&ray, range, &mut ())?;
-        Some(Self::new::<R, K>(scene, &leg, &hit))
+        Some(Self::new(scene, &leg, &hit))
     }
 }
 

@@ -88,7 +88,6 @@ fn to_world([x, y, z]: [DVec3; 3], own: DVec3, mirrored: bool) -> (DVec3, bool) 
 
 #[cfg(test)]
 mod tests {
-    use super::super::General;
     use super::*;
     use crate::effects::EffectSet;
     use crate::scene::Scene;
@@ -108,7 +107,7 @@ mod tests {
         let [origin, direction] = [origin, direction.normalize()].map(R::Vec3::from_f64);
         let leg = PathSegment::of(Ray::new(origin, direction));
         let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
-        let at = Interaction::of::<General>(&prepared, &leg, &hit);
+        let at = Interaction::of(&prepared, &leg, &hit);
         let frame = at.frame(&prepared, &leg, &hit);
         [frame.tangent, frame.bitangent, frame.normal].map(Vector::to_f64)
     }
@@ -216,7 +215,7 @@ mod tests {
         for (time, tangent) in [(0.0, DVec3::X), (0.5, DVec3::new(1.0, 1.0, 0.0)), (1.0, DVec3::new(1.0, 2.0, 0.0))] {
             let leg = PathSegment::of(Ray::new(glam::Vec3::new(0.5, 0.5 + time, 4.0), glam::Vec3::NEG_Z).at_time(time));
             let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
-            let frame = Interaction::of::<General>(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
+            let frame = Interaction::of(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
             let (tangent, across) = (tangent.normalize(), DVec3::Z.cross(tangent).normalize());
             assert!(t.distance(tangent) < 1e-6 && b.distance(across) < 1e-6, "at {time}: {t:?} {b:?}");
@@ -240,7 +239,7 @@ mod tests {
         for (x, tangent) in [(0.5, DVec3::X), (-1.5, DVec3::NEG_X)] {
             let leg = PathSegment::of(Ray::new(glam::Vec3::new(x, 0.5, 4.0), glam::Vec3::NEG_Z));
             let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
-            let frame = Interaction::of::<General>(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
+            let frame = Interaction::of(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
             assert!(t.distance(tangent) < 1e-6 && b.distance(DVec3::Y) < 1e-6, "at {x}: {t:?} {b:?}");
         }

@@ -5,7 +5,6 @@ mod bump;
 mod cone;
 mod first_hit;
 mod frame;
-mod kernel;
 mod path_tracing;
 mod physical;
 mod shadow;
@@ -15,7 +14,6 @@ mod whitted;
 
 pub(crate) use first_hit::FirstHit;
 use first_hit::FirstHits;
-pub(crate) use kernel::{Analytic, General, Kernel};
 pub(crate) use path_tracing::PathTracer;
 pub(crate) use surface::PathSegment;
 pub(crate) use whitted::WhittedTracer;

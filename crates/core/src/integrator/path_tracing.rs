@@ -29,7 +29,7 @@ use media::Media;
 use wavefront::Wavefront;
 
 use super::spawn::LeastDistances;
-use super::{CameraRays, FirstHit, General, LightTransport, MOST_PASSAGES, PathResults, PathSegment};
+use super::{CameraRays, FirstHit, LightTransport, MOST_PASSAGES, PathResults, PathSegment};
 use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightUsage, SkySample};
@@ -89,7 +89,7 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
 
     fn first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit> {
         self.counters.camera += 1;
-        FirstHit::of_ray::<R, General>(self.scene, ray)
+        FirstHit::of_ray(self.scene, ray)
     }
 
     fn take_counters(&mut self) -> Counters {
@@ -222,7 +222,7 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline(always)]
     fn keep_first(&mut self, path: &PathState<R>, hit: &Hit<R>) {
         if self.keeps_first && path.traced == 0 && path.passages == 0 {
-            self.first = Some(FirstHit::new::<R, General>(self.scene, &path.leg, hit));
+            self.first = Some(FirstHit::new(self.scene, &path.leg, hit));
         }
     }
 

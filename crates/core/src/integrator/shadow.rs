@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
-use super::{Kernel, PathSegment};
+use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample, Target};
 use crate::prepare::{Material, Prepared, Spawn};
@@ -57,7 +57,7 @@ impl<R: Real> Prepared<R> {
 
     /// Traces towards a light; to be counted by who asks.
     #[inline]
-    pub(super) fn between<K: Kernel>(
+    pub(super) fn between(
         &self,
         (ray, range): (&Ray<R>, Interval<R>),
         target: &Target<R>,
@@ -81,7 +81,7 @@ impl<R: Real> Prepared<R> {
                 },
                 &mut (),
             );
-            let share = first.map_or(R::ONE, |hit| passes::<R, K>(self, ray, &hit));
+            let share = first.map_or(R::ONE, |hit| passes(self, ray, &hit));
             return ShadowResult { share, distance: nearest };
         }
         let mut product = Transmittance::default();
@@ -93,7 +93,7 @@ impl<R: Real> Prepared<R> {
                     return false;
                 }
                 nearest = nearest.min(hit.t);
-                product.factor(passes::<R, K>(self, ray, hit).to_f64());
+                product.factor(passes(self, ray, hit).to_f64());
                 product.opaque && !want_distance
             },
             &mut (),
@@ -150,14 +150,13 @@ impl Transmittance {
 
 /// Share of light that one occluder lets through.
 #[inline]
-fn passes<R: Real, K: Kernel>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -> R {
+fn passes<R: Real>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -> R {
     let material = &scene.materials[scene.objects[hit.outermost() as usize].material as usize];
     let even = material.shadow_transmittance();
-    if K::PHYSICAL
-        && let Material::Physical(m) = material
+    if let Material::Physical(m) = material
         && (m.alpha != AlphaMode::Opaque || even.is_none())
     {
-        let at = Interaction::of::<K>(scene, &PathSegment::of(*ray), hit);
+        let at = Interaction::of(scene, &PathSegment::of(*ray), hit);
         return m.passes_at(&scene.sources.at(&at));
     }
     even.unwrap_or(R::ZERO)

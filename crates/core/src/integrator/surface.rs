@@ -2,7 +2,6 @@
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
-use super::Kernel;
 use crate::interaction::{Interaction, interpolate};
 use crate::material::reflecting_above;
 use crate::prepare::{ObjectRecord, Prepared};
@@ -59,12 +58,10 @@ impl<R: Real> PathSegment<R> {
 impl<R: Real> Interaction<R> {
     /// Where a ray met what it hit.
     #[inline(always)]
-    pub fn of<K: Kernel>(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
+    pub fn of(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let mut at = Self::begun(scene, leg, hit);
-        at.finish::<K>(scene, leg, hit);
-        if K::PHYSICAL {
-            at.perturb_where_bumpy(scene, leg, hit);
-        }
+        at.finish(scene, leg, hit);
+        at.perturb_where_bumpy(scene, leg, hit);
         at
     }
 
@@ -78,9 +75,9 @@ impl<R: Real> Interaction<R> {
 
     /// The same before an image bends the normal.
     #[inline(always)]
-    pub fn smooth<K: Kernel>(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
+    pub fn smooth(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let mut at = Self::begun(scene, leg, hit);
-        at.finish::<K>(scene, leg, hit);
+        at.finish(scene, leg, hit);
         at
     }
 
@@ -118,7 +115,7 @@ impl<R: Real> Interaction<R> {
 
     /// Adds what depends on the object, the camera and the mesh; the normal is not bent yet.
     #[inline(always)]
-    pub fn finish<K: Kernel>(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
+    pub fn finish(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
         let (ray, record) = (&leg.ray, &scene.objects[self.object as usize]);
         if leg.ahead != R::ZERO {
             (self.origin, self.distance) = (leg.start(), hit.t + leg.ahead);
@@ -128,9 +125,7 @@ impl<R: Real> Interaction<R> {
             // A shape has one set, whatever set is asked for.
             self.uv = [[parameters.u, parameters.v]; MOST_UV_SETS];
         }
-        if K::MESHES {
-            self.attributes(scene, record, ray, hit);
-        }
+        self.attributes(scene, record, ray, hit);
         if leg.before >= R::ZERO
             && let Some(cone) = &scene.cone
         {
@@ -139,7 +134,7 @@ impl<R: Real> Interaction<R> {
         if record.face_viewer && !self.outside {
             self.normal = -self.normal;
         }
-        if K::MESHES && record.mesh.is_some() {
+        if record.mesh.is_some() {
             self.normal = reflecting_above::<R>(self.normal, self.surface.normal, self.outside, self.direction);
         }
     }

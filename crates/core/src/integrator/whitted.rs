@@ -6,16 +6,12 @@ mod classic;
 mod physical;
 mod state;
 
-use core::marker::PhantomData;
-
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use self::state::WhittedState;
 use super::shadow::ShadowResult;
 use super::spawn::LeastDistances;
-use super::{
-    CameraRays, FirstHit, FirstHits, Kernel, LightTransport, MOST_PASSAGES, PACKET, PathResult, PathResults, PathSegment,
-};
+use super::{CameraRays, FirstHit, FirstHits, LightTransport, MOST_PASSAGES, PACKET, PathResult, PathResults, PathSegment};
 use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample};
@@ -29,7 +25,7 @@ use crate::settings::Settings;
 const DIVISIONS: u32 = 4096;
 
 /// Follows rays by Whitted's rules.
-pub(crate) struct WhittedTracer<'a, R: Real, K: Kernel> {
+pub(crate) struct WhittedTracer<'a, R: Real> {
     scene: &'a Prepared<R>,
     counters: Counters,
     /// Paths that wait for their side branches; empty between camera rays.
@@ -45,10 +41,9 @@ pub(crate) struct WhittedTracer<'a, R: Real, K: Kernel> {
     max_depth: u32,
     least: LeastDistances<R>,
     first_hits: FirstHits<R>,
-    kernel: PhantomData<K>,
 }
 
-impl<'a, R: Real, K: Kernel> LightTransport<'a, R> for WhittedTracer<'a, R, K> {
+impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
     const BATCH: usize = PACKET;
 
     fn new(scene: &'a Prepared<R>, max_depth: u32, keeps_first: bool, observer: &'a dyn Observer) -> Self {
@@ -66,7 +61,6 @@ impl<'a, R: Real, K: Kernel> LightTransport<'a, R> for WhittedTracer<'a, R, K> {
             max_depth: max_depth.min(Settings::MOST_SEGMENTS),
             least: scene.least_distances(),
             first_hits: FirstHits::default(),
-            kernel: PhantomData,
         }
     }
 
@@ -88,7 +82,7 @@ impl<'a, R: Real, K: Kernel> LightTransport<'a, R> for WhittedTracer<'a, R, K> {
 
     fn first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit> {
         self.counters.camera += 1;
-        FirstHit::of_ray::<R, K>(self.scene, ray)
+        FirstHit::of_ray(self.scene, ray)
     }
 
     fn take_counters(&mut self) -> Counters {
@@ -100,7 +94,7 @@ impl<'a, R: Real, K: Kernel> LightTransport<'a, R> for WhittedTracer<'a, R, K> {
     }
 }
 
-impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
+impl<R: Real> WhittedTracer<'_, R> {
     /// The path of a camera ray before its first segment.
     #[inline(always)]
     fn camera_path(&mut self, ray: &Ray<R>, address: &Address) -> WhittedState<R> {
@@ -149,16 +143,14 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         };
         // What `Interaction::of` does, in its place.
         let mut at = Interaction::begun(self.scene, &path.leg, hit);
-        at.finish::<K>(self.scene, &path.leg, hit);
-        if K::PHYSICAL {
-            at.perturb_where_bumpy(self.scene, &path.leg, hit);
-        }
+        at.finish(self.scene, &path.leg, hit);
+        at.perturb_where_bumpy(self.scene, &path.leg, hit);
         if path.camera && self.keeps_first && self.first.is_none() {
-            self.first = Some(FirstHit::new::<R, K>(self.scene, &path.leg, hit));
+            self.first = Some(FirstHit::new(self.scene, &path.leg, hit));
         }
         match &self.scene.materials[at.material as usize] {
             Material::Classic(m) => self.classic(m, path, hit, &at),
-            Material::Physical(m) if K::PHYSICAL => {
+            Material::Physical(m) => {
                 if m.alpha != AlphaMode::Opaque
                     && let Some(aside) = self.cutout(m, path, hit, &at)
                 {
@@ -166,7 +158,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
                 }
                 self.physical(m, path, hit, &at)
             }
-            Material::Physical(_) | Material::Unused => path.leave([None; 2]),
+            Material::Unused => path.leave([None; 2]),
         }
     }
 
@@ -265,7 +257,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         match self.scene.towards(light, at) {
             Some((ray, range)) => {
                 self.counters.shadow += 1;
-                self.scene.between::<K>((&ray.at_time(at.time), range), &light.target, want_distance)
+                self.scene.between((&ray.at_time(at.time), range), &light.target, want_distance)
             }
             // The light is where the ray would start: nothing is in between.
             None => ShadowResult { share: R::ONE, distance: R::INFINITY },
@@ -288,7 +280,7 @@ impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
         let aimed = self.scene.aimed(LightId::Emitter(index), drawn, at.surface.point)?;
         let (ray, range) = self.scene.towards(&aimed, at)?;
         self.counters.shadow += 1;
-        let share = self.scene.between::<K>((&ray.at_time(at.time), range), &aimed.target, false).share;
+        let share = self.scene.between((&ray.at_time(at.time), range), &aimed.target, false).share;
         (share > R::ZERO).then_some((drawn, share))
     }
 }

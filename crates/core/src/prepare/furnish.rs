@@ -10,7 +10,7 @@ use super::prepared::Prepared;
 use super::studio::{Backdrop, Ground};
 use crate::display::curve::{encode, luminance};
 use crate::effects::{Effect, EffectSet};
-use crate::integrator::{General, PathSegment};
+use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
 use crate::light::{SkyRadiance, SphereGrid};
 use crate::scene::{Camera, Studio, TransferCurve};
@@ -97,7 +97,7 @@ impl<R: Real> Prepared<R> {
         let mut min = R::ZERO;
         for _ in 0..CUTOUTS {
             let hit = self.geometry.closest(ray, Interval { min, max: R::INFINITY }, &mut ())?;
-            let at = Interaction::of::<General>(self, &PathSegment::of(*ray), &hit);
+            let at = Interaction::of(self, &PathSegment::of(*ray), &hit);
             let here = self.sources.at(&at);
             let material = &self.materials[at.material as usize];
             if material.alpha_at(&here) >= R::from_f64(0.5) {

@@ -1,4 +1,4 @@
-//! The choices of a render that are rungs of a ladder or a kernel: closed sets, each with the one that a scene gets which says nothing.
+//! The choices of a render that are rungs of a ladder: closed sets, each with the one that a scene gets which says nothing.
 
 /// A rung of the arithmetic ladder (`--precision`). All rungs trace the same samples: positions in the pixel, on the lens and
 /// on lights are the same f32 numbers, so what differs between their pictures is arithmetic alone.
@@ -22,16 +22,6 @@ pub enum LightSampling {
     /// Both, each in the share in which it is the better one.
     #[default]
     Both,
-}
-
-/// Which kernel runs. Both give the same bits; the general one exists as the proof of that.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum KernelChoice {
-    /// The smallest kernel that covers the scene.
-    #[default]
-    Fitting,
-    /// The kernel that covers everything.
-    General,
 }
 
 /// What becomes of light that microfacets send to each other, under path tracing.

@@ -106,18 +106,6 @@ fn memory_is_told_before_anything_is_built() {
     assert_eq!(limited(None), Some(PrepareError::Cancelled));
 }
 
-/// Protects: the small kernel is for shapes with classic materials alone.
-#[test]
-fn kernels_fit_their_scenes() {
-    let name = |scene: &Scene| prepare(scene, &settings(scene, DOWN), &()).expect("prepares").kernel_name();
-    assert_eq!(name(&lit()), "analytic");
-    assert_eq!(name(&floor(physical(json!({})), json!({}))), "general");
-    let leaf = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] });
-    let mesh = json!({ "meshes": [{ "name": "leaf", "source": { "inline": leaf } }],
-        "objects": [{ "shape": { "mesh": "leaf" }, "material": "floor" }] });
-    assert_eq!(name(&floor(classic(json!({})), mesh)), "general");
-}
-
 /// Protects: tables say what was built, and an absent effect's are empty.
 #[test]
 fn tables_count_what_was_built() {

@@ -335,11 +335,10 @@ pub(super) fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> 
         (
             "method",
             format!(
-                "{} primitives, {}, {} precision, {} kernel",
+                "{} primitives, {}, {} precision",
                 ready.tables().primitives,
                 origin::accelerator(settings.accelerator),
-                origin::precision(settings.precision),
-                ready.kernel_name()
+                origin::precision(settings.precision)
             ),
         ),
     ];

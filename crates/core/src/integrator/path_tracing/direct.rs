@@ -2,8 +2,8 @@
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
+use super::super::PathSegment;
 use super::super::shadow::Transmittance;
-use super::super::{General, PathSegment};
 use super::respond::LightResponse;
 use super::{PathState, PathTracer, weight};
 use crate::interaction::Interaction;
@@ -205,7 +205,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
         match &self.scene.materials[record.material as usize] {
             Material::Physical(m) if m.alpha != AlphaMode::Opaque => {
-                let at = Interaction::of::<General>(self.scene, &PathSegment::of(*ray), hit);
+                let at = Interaction::of(self.scene, &PathSegment::of(*ray), hit);
                 R::ONE - m.alpha_at(&self.scene.sources.at(&at))
             }
             _ => R::ZERO,

@@ -3,7 +3,7 @@
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
-use super::super::{General, PathSegment};
+use super::super::PathSegment;
 use super::PathTracer;
 use crate::light::Target;
 use crate::sampler::{Address, Purpose, pair};
@@ -29,6 +29,6 @@ impl<R: Real> PathTracer<'_, R> {
         let towards = Ray::new(point, direction).at_time(ray.time);
         let range = Interval { min: zero, max: R::INFINITY };
         self.counters.shadow += 1;
-        scene.between::<General>((&towards, range), &Target::Infinity, false).share
+        scene.between((&towards, range), &Target::Infinity, false).share
     }
 }

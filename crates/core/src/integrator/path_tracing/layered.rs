@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::super::{General, PathSegment};
+use super::super::PathSegment;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{Frame, Glass, Hero, LayeredBsdf, MetallicRoughness, ReadAt, index_at};
@@ -101,7 +101,7 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
     fn normal(&self, input: &Option<Bump<R>>) -> R::Vec3 {
         let (at, normal) = (self.at, self.normal);
         let own = if self.bumpy || input.is_some() {
-            let smooth = Interaction::smooth::<General>(self.scene, self.leg, self.hit);
+            let smooth = Interaction::smooth(self.scene, self.leg, self.hit);
             input
                 .as_ref()
                 .map_or(smooth.normal, |bump| smooth.normal_map(bump, self.scene, self.leg, self.hit).perturbed_normal())

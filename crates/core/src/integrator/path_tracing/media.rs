@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Interval, Real, Vector};
 
-use super::super::{General, PathSegment};
+use super::super::PathSegment;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 
@@ -68,7 +68,7 @@ impl<R: Real> PathTracer<'_, R> {
         for _ in 0..MOST_CROSSINGS {
             let range = Interval { min: self.least.secondary, max: R::INFINITY };
             let Some(hit) = scene.geometry.closest(&leg.ray, range, &mut ()) else { break };
-            let at = Interaction::of::<General>(scene, &leg, &hit);
+            let at = Interaction::of(scene, &leg, &hit);
             if scene.materials[at.material as usize].absorption().is_some() || self.nests() && self.bounds_glass(at.material) {
                 if at.outside || entered.has(at.material) {
                     entered = entered.beyond(at.material, at.outside);

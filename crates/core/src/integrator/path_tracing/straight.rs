@@ -5,7 +5,7 @@
 
 use raywright_bvh::{Hit, Interval, Real, Vector};
 
-use super::super::{General, MOST_PASSAGES, PathSegment};
+use super::super::{MOST_PASSAGES, PathSegment};
 use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::{Density, LightSample, Target};
@@ -44,7 +44,7 @@ impl<R: Real> PathTracer<'_, R> {
                 let left = if varied.is_some() { Vector::ZERO } else { share };
                 return left * self.passes_media(&media, from.distance_to(&light.target));
             };
-            let met = Interaction::of::<General>(self.scene, &leg, &hit);
+            let met = Interaction::of(self.scene, &leg, &hit);
             share *= self.passes_media(&media, (met.surface.point - from.surface.point).length());
             let is_own = emitter.is_some() && self.scene.lights.emitters.of(met.object, hit.primitive) == emitter;
             let is_there = is_own && (flat || is_at(&met, &light.target));

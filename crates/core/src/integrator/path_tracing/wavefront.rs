@@ -3,7 +3,7 @@
 
 use raywright_bvh::{Hit, Interval, Real, Vector};
 
-use super::super::{CameraRays, FirstHits, General, PACKET, PathResult, PathResults};
+use super::super::{CameraRays, FirstHits, PACKET, PathResult, PathResults};
 use super::rough::{Bounce, RoughVertices};
 use super::{PathState, PathTracer, VertexSamples};
 use crate::interaction::Interaction;
@@ -117,7 +117,7 @@ impl<R: Real> PathTracer<'_, R> {
         for ((&place, hit), at) in going.iter().zip(hits).zip(met) {
             let leg = &paths[place as usize].leg;
             at.begin_located(self.scene, &leg.ray, hit);
-            at.finish::<General>(self.scene, leg, hit);
+            at.finish(self.scene, leg, hit);
             self.scene.sources.prefetch(at);
         }
     }

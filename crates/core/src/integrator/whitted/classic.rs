@@ -3,7 +3,6 @@
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::super::Kernel;
 use super::super::spawn::stored;
 use super::WhittedTracer;
 use super::state::{NextRay, ScatteredRays, WhittedState};
@@ -14,7 +13,7 @@ use crate::sampler::Address;
 use crate::scene::{SpecularModel, TransmissionChoice};
 use crate::texture::ShadingContext;
 
-impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
+impl<R: Real> WhittedTracer<'_, R> {
     /// Adds the local term of a classic surface to what the path brings, which then goes on with the rays that leave.
     #[inline(always)]
     pub(super) fn classic(

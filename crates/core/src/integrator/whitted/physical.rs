@@ -3,7 +3,6 @@
 
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::super::Kernel;
 use super::WhittedTracer;
 use super::state::{NextRay, WhittedState};
 use crate::effects::MIRROR_ROUGHNESS;
@@ -13,7 +12,7 @@ use crate::prepare::PhysicalInputs;
 use crate::sampler::{Address, Branch};
 use crate::scene::TransmissionChoice;
 
-impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
+impl<R: Real> WhittedTracer<'_, R> {
     /// Where the surface does not cover all of what is behind it: the path goes on there, or, where it covers some, waits for
     /// the path that shows the rest. None where it covers everything, and where the path has waited.
     pub(super) fn cutout(

@@ -5,7 +5,6 @@ use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
 use raywright_bvh::{AcceleratorKind, Geometry, Hit, Occlusion, PrimitiveSet, Visibility};
 use serde_json::json;
 
-use super::super::General;
 use super::*;
 use crate::effects::EffectSet;
 use crate::prepare::Prepared;
@@ -53,9 +52,9 @@ fn together_or_one_by_one() {
     let scene = everything();
     let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
     let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
-    let mut tracer = WhittedTracer::<f32, General>::new(&prepared, settings.max_depth, false, &());
+    let mut tracer = WhittedTracer::<f32>::new(&prepared, settings.max_depth, false, &());
     let pixels = || (0..24 * 16).map(|i| [i % 24, i / 24]);
-    let begin = |tracer: &mut WhittedTracer<'_, f32, General>, pixel: [u32; 2]| {
+    let begin = |tracer: &mut WhittedTracer<'_, f32>, pixel: [u32; 2]| {
         let ray = prepared.camera.ray(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, [0.5; 2]);
         tracer.camera_path(&ray, &Address { pixel, ..Address::default() })
     };
@@ -137,7 +136,7 @@ fn rays_keep_their_time() {
     let picture = |geometry: Geometry<f32>, time: f32| {
         let mut prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
         prepared.geometry = geometry;
-        let mut tracer = WhittedTracer::<f32, General>::new(&prepared, settings.max_depth, false, &());
+        let mut tracer = WhittedTracer::<f32>::new(&prepared, settings.max_depth, false, &());
         let mut results = PathResults::default();
         let mut pixel = |i: u32| {
             let ray = prepared.camera.ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2]).at_time(time);

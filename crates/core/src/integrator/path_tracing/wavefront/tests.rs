@@ -202,7 +202,7 @@ fn asking_ahead_changes_no_texel() {
     for ray in rays(&prepared) {
         let leg = super::super::super::PathSegment::of(ray);
         let Some(hit) = prepared.geometry.closest(&ray, raywright_bvh::Interval::positive(), &mut ()) else { continue };
-        let at = Interaction::smooth::<General>(&prepared, &leg, &hit);
+        let at = Interaction::smooth(&prepared, &leg, &hit);
         let Material::Physical(m) = &prepared.materials[at.material as usize] else { continue };
         let Some(bump) = &m.bump else { continue };
         let mut ahead = at;
