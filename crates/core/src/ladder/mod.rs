@@ -15,53 +15,8 @@ use crate::effects::{Effect, EffectReport, EffectSet, Status, chosen};
 use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
 pub use choice::{Choice, UnknownRung};
-use rungs::facts;
+pub use rungs::Ladder;
 pub use value::Value;
-
-/// One ladder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Ladder {
-    /// How light is computed.
-    Integrator,
-    /// Arithmetic of rays and surfaces.
-    Precision,
-    /// Where a ray that leaves a surface starts.
-    RayOffset,
-    /// Whether something between a light and a surface counts.
-    Shadows,
-    /// How a path tracer finds light that has a size.
-    LightSampling,
-    /// By which formulas a path tracer's surfaces reflect.
-    Fresnel,
-    /// What becomes of light that microfacets send to each other.
-    Microfacets,
-    /// Whether colours that are bent apart have a wavelength.
-    Colour,
-    /// How texels are combined.
-    TextureFilter,
-    /// How many segments a path may have.
-    PathLength,
-    /// When chance ends paths.
-    Roulette,
-    /// How bright a sample may be.
-    Clamp,
-    /// How much of a pixel's surroundings counts towards it.
-    PixelFilter,
-    /// How many samples a pixel takes.
-    Samples,
-    /// Where random numbers come from.
-    Sampler,
-    /// What samples are added up in.
-    Accumulation,
-    /// Whether noise is filtered out of the picture.
-    Reconstruction,
-    /// What files keep of the picture.
-    Output,
-    /// How long the tree is built for how fast it is walked.
-    Build,
-    /// How rays find what they hit.
-    Accelerator,
-}
 
 /// One rung of a ladder.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -76,45 +31,6 @@ pub struct Rung {
 }
 
 impl Ladder {
-    /// Every ladder, those that change pictures first.
-    pub const ALL: [Self; 20] = [
-        Self::Integrator,
-        Self::Precision,
-        Self::RayOffset,
-        Self::Shadows,
-        Self::LightSampling,
-        Self::Fresnel,
-        Self::Microfacets,
-        Self::Colour,
-        Self::TextureFilter,
-        Self::PathLength,
-        Self::Roulette,
-        Self::Clamp,
-        Self::PixelFilter,
-        Self::Samples,
-        Self::Sampler,
-        Self::Accumulation,
-        Self::Reconstruction,
-        Self::Output,
-        Self::Build,
-        Self::Accelerator,
-    ];
-
-    /// Name in reports and on the command line.
-    pub const fn name(self) -> &'static str {
-        facts(self).name
-    }
-
-    /// Its rungs, from fast to exact; where no picture depends on them, from the least preparation to the most.
-    pub const fn rungs(self) -> &'static [Rung] {
-        facts(self).rungs
-    }
-
-    /// The rung of a scene that says nothing.
-    pub const fn default_rung(self) -> &'static str {
-        facts(self).default_rung
-    }
-
     /// Its rungs as choices, in the same order.
     pub fn choices(self) -> impl DoubleEndedIterator<Item = Choice> {
         self.rungs().iter().map(move |rung| Choice { ladder: self, rung })

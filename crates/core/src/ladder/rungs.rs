@@ -1,226 +1,159 @@
-//! The rungs of every ladder, each with what it sets and what it gets wrong, as users read it.
+//! The table of ladders: each with its name, the rung of a scene that says nothing, and its rungs, what each sets and what it gets wrong, as
+//! users read it.
 
 use raywright_bvh::BuildQuality;
 
-use super::{Ladder, Rung, Value};
+use super::{Rung, Value};
 use crate::display::Output;
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{Filter, Integrator};
 use crate::settings::{Accumulation, AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
 
-const fn rung(value: Value, name: &'static str, about: &'static str) -> Rung {
-    Rung { name, about, value }
+/// Makes the ladders of a table of `KIND = NAME, DEFAULT, VALUE;` with rows `RUNG { WHAT IT SETS } ABOUT`.
+macro_rules! ladders {
+    ($($(#[$doc:meta])* $kind:ident = $name:literal, $default:literal, $value:ident;
+        $($rung:literal { $sets:expr } $about:literal)*)*) => {
+        /// One ladder.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Ladder {
+            $($(#[$doc])* $kind,)*
+        }
+
+        impl Ladder {
+            /// Every ladder, those that change pictures first.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$kind),*];
+
+            /// Name in reports and on the command line.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $name,)*
+                }
+            }
+
+            /// The rung of a scene that says nothing.
+            pub const fn default_rung(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $default,)*
+                }
+            }
+
+            /// Its rungs, from fast to exact; where no picture depends on them, from the least preparation to the most.
+            pub const fn rungs(self) -> &'static [Rung] {
+                match self {
+                    $(Self::$kind => &[$(Rung { name: $rung, about: $about, value: Value::$value($sets) }),*],)*
+                }
+            }
+        }
+    };
 }
 
-const PRECISION: &[Rung] = &[
-    rung(Value::Precision(PrecisionChoice::Robust), "robust", "f32 stored, f64 where a hit is decided"),
-    rung(Value::Precision(PrecisionChoice::Reference), "reference", "f64 throughout"),
-];
-const RAY_OFFSET: &[Rung] = &[
-    rung(Value::ConstantOffset(true), "constant", "a constant distance: right at one scale, false shadows and leaks at others"),
-    rung(Value::ConstantOffset(false), "error-bound", "outside the error of the hit point, at every scale"),
-];
-const SHADOWS: &[Rung] = &[
-    rung(Value::Shadows(None), "off", "the light of lights without size passes through everything"),
-    rung(
-        Value::Shadows(Some(AreaShadows::Hard)),
-        "hard",
-        "a lamp is there where its middle is seen: no penumbras, and where it is half hidden all or nothing",
-    ),
-    rung(Value::Shadows(Some(AreaShadows::Soft)), "on", "what stands in between counts"),
-];
-const LIGHT_SAMPLING: &[Rung] = &[
-    rung(
-        Value::LightSampling(LightSampling::Scattering),
-        "scattering",
-        "paths meet light by chance: noise where lights are small",
-    ),
-    rung(
-        Value::LightSampling(LightSampling::Lights),
-        "lights",
-        "each vertex asks one light: noise where surfaces are glossy and lights large",
-    ),
-    rung(Value::LightSampling(LightSampling::Both), "both", "each in the share in which it is the better one"),
-];
-const FRESNEL: &[Rung] = &[
-    rung(
-        Value::Fresnel(FresnelRule::Schlick),
-        "schlick",
-        "Schlick's formula for all: up to 0.08 off at grazing angles, of glass too",
-    ),
-    rung(
-        Value::Fresnel(FresnelRule::Model),
-        "model",
-        "glTF's sample formulas to the letter: makes light, white plastic sends back up to 1.89 of what it gets",
-    ),
-    rung(
-        Value::Fresnel(FresnelRule::Conserving),
-        "conserving",
-        "Schlick's for metallic-roughness, exact for glass and complex indices; what is diffused is what facets leave",
-    ),
-    rung(
-        Value::Fresnel(FresnelRule::Exact),
-        "exact",
-        "Fresnel's equations for whatever has an index; metals with a colour alone keep Schlick's",
-    ),
-];
-const MICROFACETS: &[Rung] = &[
-    rung(
-        Value::Microfacets(Microfacets::Single),
-        "single",
-        "what facets send to each other is lost: rough metal is up to 60 % too dark",
-    ),
-    rung(
-        Value::Microfacets(Microfacets::Compensated),
-        "compensated",
-        "given back: white metal sends back all, to half a per cent, combed metal to one",
-    ),
-];
-const TEXTURE_FILTER: &[Rung] = &[
-    rung(Value::TextureFilter(Filter::Nearest), "nearest", "the nearest texel: blocks near by, and sparkles far away"),
-    rung(
-        Value::TextureFilter(Filter::Mipmaps),
-        "mipmaps",
-        "the mean over about a pixel: no sparkles with one sample, and blurred with many",
-    ),
-    rung(
-        Value::TextureFilter(Filter::Bilinear),
-        "bilinear",
-        "the weighted mean of four: smooth near by, and far away as sharp as samples make it",
-    ),
-];
-const PIXEL_FILTER: &[Rung] = &[
-    rung(Value::PixelFilter(PixelFilter::Gaussian), "gaussian", "a bell over three pixels: no stairs, and everything softer"),
-    rung(Value::PixelFilter(PixelFilter::BlackmanHarris), "blackman-harris", "a narrower bell over three pixels"),
-    rung(Value::PixelFilter(PixelFilter::Tent), "tent", "up to the middles of the neighbours"),
-    rung(Value::PixelFilter(PixelFilter::Box), "box", "the pixel alone: sharp, with stairs at high contrast"),
-];
-const ROULETTE: &[Rung] = &[
-    rung(
-        Value::Roulette(Roulette::Early),
-        "early",
-        "dim paths are ended by chance from the first surface on: less time a sample, more noise",
-    ),
-    rung(Value::Roulette(Roulette::Late), "late", "from the fourth segment on"),
-    rung(Value::Roulette(Roulette::Off), "off", "no path ends by chance: least noise a sample, most time"),
-];
-const CLAMP: &[Rung] = &[
-    rung(Value::Clamp(Some(1.0)), "1", "samples brighter than white are white: no fireflies, and dark where light is rare"),
-    rung(Value::Clamp(Some(10.0)), "10", "what is brighter than ten times white is lost, from the sun in a mirror on"),
-    rung(Value::Clamp(Some(100.0)), "100", "what is a hundred times as bright as white is lost"),
-    rung(Value::Clamp(None), "off", "nothing is lost, and what is rare and bright is noise"),
-];
-const SAMPLER: &[Rung] = &[
-    rung(
-        Value::Sampler(SamplerKind::Independent),
-        "independent",
-        "each number by itself: noise falls with the root of the samples",
-    ),
-    rung(
-        Value::Sampler(SamplerKind::Stratified),
-        "stratified",
-        "sixteen at a time on a jittered grid: less noise where pictures are smooth",
-    ),
-    rung(Value::Sampler(SamplerKind::Sobol), "sobol", "scrambled Sobol points: least noise, four dimensions even together"),
-];
-const ACCUMULATION: &[Rung] = &[
-    rung(
-        Value::Accumulation(Accumulation::Single),
-        "f32",
-        "each sample is added to an f32: rounded to the steps of the sum so far",
-    ),
-    rung(Value::Accumulation(Accumulation::Double), "f64", "sums keep every digit of their samples"),
-];
-const RECONSTRUCTION: &[Rung] = &[
-    rung(
-        Value::Denoised(true),
-        "denoised",
-        "biased: noise is filtered out, and with it some of what is fine or faint; its own error is told",
-    ),
-    rung(Value::Denoised(false), "unbiased", "the mean of the samples: right on average, noise and all"),
-];
-const OUTPUT: &[Rung] = &[
-    rung(Value::Output(Output::Eight), "8-bit", "PNG of 256 codes: steps in dark ramps, and nothing brighter than white"),
-    rung(
-        Value::Output(Output::Dithered),
-        "8-bit-dither",
-        "PNG of 256 codes, one of the two nearest by place: no steps, and a grain of one code",
-    ),
-    rung(Value::Output(Output::Sixteen), "16-bit", "PNG of 65 536 codes: nothing brighter than white"),
-    rung(Value::Output(Output::Float), "float", "EXR alone: linear radiance as it is"),
-];
-const PATH_LENGTH: &[Rung] = &[
-    rung(Value::PathLength(1), "1", "camera rays alone: no reflection, no refraction"),
-    rung(Value::PathLength(2), "2", "one reflection or refraction"),
-    rung(Value::PathLength(4), "4", "three, as the documented preset"),
-    rung(Value::PathLength(8), "8", "seven: through two glass balls and out again"),
-    rung(Value::PathLength(16), "16", "fifteen"),
-    rung(Value::PathLength(64), "64", "sixty-three; more by --max-depth alone"),
-];
-const SAMPLES: &[Rung] = &[
-    rung(Value::Samples(1), "1", "edges are stairs"),
-    rung(Value::Samples(4), "4", "edges have five steps"),
-    rung(Value::Samples(16), "16", "noise a quarter of one sample's, or less"),
-    rung(Value::Samples(64), "64", "an eighth, or less"),
-    rung(Value::Samples(256), "256", "a sixteenth, or less"),
-    rung(Value::Samples(1024), "1024", "a thirty-second, or less"),
-];
-const BUILD: &[Rung] = &[
-    rung(Value::Build(BuildQuality::Fast), "fast", "least build time: split from the top, large sets by samples"),
-    rung(Value::Build(BuildQuality::Medium), "medium", "split from the top, and improved"),
-    rung(Value::Build(BuildQuality::High), "high", "several times the build time: more is improved"),
-];
-const ACCELERATOR: &[Rung] =
-    &[rung(Value::Tree(false), "linear", "every primitive is tested"), rung(Value::Tree(true), "bvh", "a tree of boxes")];
-
-const INTEGRATOR: &[Rung] = &[
-    rung(
-        Value::Integrator(Integrator::Whitted),
-        "whitted",
-        "mirrors, glass and light straight from lamps: what lights walls by way of other walls is missing",
-    ),
-    rung(Value::Integrator(Integrator::Path), "path", "all light that finds its way"),
-];
-const COLOUR: &[Rung] = &[
-    rung(Value::Spectral(false), "rgb", "all colours are bent alike: no rainbows"),
-    rung(Value::Spectral(true), "spectral", "each path that is bent has one wavelength: noise in colours"),
-];
-
-/// What is known of a ladder.
-pub(super) struct LadderDescription {
-    pub name: &'static str,
-    pub rungs: &'static [Rung],
-    /// The rung of a scene that says nothing.
-    pub default_rung: &'static str,
-}
-
-const fn of(name: &'static str, rungs: &'static [Rung], default_rung: &'static str) -> LadderDescription {
-    LadderDescription { name, rungs, default_rung }
-}
-
-/// Names, rungs and defaults of all ladders.
-pub(super) const fn facts(ladder: Ladder) -> LadderDescription {
-    match ladder {
-        Ladder::Integrator => of("integrator", INTEGRATOR, "path"),
-        Ladder::Precision => of("precision", PRECISION, "robust"),
-        Ladder::RayOffset => of("ray-offset", RAY_OFFSET, "error-bound"),
-        Ladder::Shadows => of("shadows", SHADOWS, "on"),
-        Ladder::LightSampling => of("light-sampling", LIGHT_SAMPLING, "both"),
-        Ladder::Fresnel => of("fresnel", FRESNEL, "conserving"),
-        Ladder::Microfacets => of("microfacets", MICROFACETS, "compensated"),
-        Ladder::Colour => of("colour", COLOUR, "spectral"),
-        Ladder::TextureFilter => of("texture-filter", TEXTURE_FILTER, "bilinear"),
-        Ladder::PathLength => of("path-length", PATH_LENGTH, "8"),
-        Ladder::Roulette => of("roulette", ROULETTE, "late"),
-        Ladder::Clamp => of("clamp", CLAMP, "off"),
-        Ladder::Sampler => of("sampler", SAMPLER, "sobol"),
-        Ladder::Accumulation => of("accumulation", ACCUMULATION, "f64"),
-        Ladder::Reconstruction => of("reconstruction", RECONSTRUCTION, "unbiased"),
-        Ladder::Output => of("output", OUTPUT, "8-bit"),
-        Ladder::PixelFilter => of("pixel-filter", PIXEL_FILTER, "box"),
-        Ladder::Samples => of("samples", SAMPLES, "64"),
-        Ladder::Build => of("build", BUILD, "medium"),
-        Ladder::Accelerator => of("accelerator", ACCELERATOR, "bvh"),
-    }
+ladders! {
+    /// How light is computed.
+    Integrator = "integrator", "path", Integrator;
+        "whitted" { Integrator::Whitted }
+            "mirrors, glass and light straight from lamps: what lights walls by way of other walls is missing"
+        "path" { Integrator::Path } "all light that finds its way"
+    /// Arithmetic of rays and surfaces.
+    Precision = "precision", "robust", Precision;
+        "robust" { PrecisionChoice::Robust } "f32 stored, f64 where a hit is decided"
+        "reference" { PrecisionChoice::Reference } "f64 throughout"
+    /// Where a ray that leaves a surface starts.
+    RayOffset = "ray-offset", "error-bound", ConstantOffset;
+        "constant" { true } "a constant distance: right at one scale, false shadows and leaks at others"
+        "error-bound" { false } "outside the error of the hit point, at every scale"
+    /// Whether something between a light and a surface counts.
+    Shadows = "shadows", "on", Shadows;
+        "off" { None } "the light of lights without size passes through everything"
+        "hard" { Some(AreaShadows::Hard) }
+            "a lamp is there where its middle is seen: no penumbras, and where it is half hidden all or nothing"
+        "on" { Some(AreaShadows::Soft) } "what stands in between counts"
+    /// How a path tracer finds light that has a size.
+    LightSampling = "light-sampling", "both", LightSampling;
+        "scattering" { LightSampling::Scattering } "paths meet light by chance: noise where lights are small"
+        "lights" { LightSampling::Lights } "each vertex asks one light: noise where surfaces are glossy and lights large"
+        "both" { LightSampling::Both } "each in the share in which it is the better one"
+    /// By which formulas a path tracer's surfaces reflect.
+    Fresnel = "fresnel", "conserving", Fresnel;
+        "schlick" { FresnelRule::Schlick } "Schlick's formula for all: up to 0.08 off at grazing angles, of glass too"
+        "model" { FresnelRule::Model }
+            "glTF's sample formulas to the letter: makes light, white plastic sends back up to 1.89 of what it gets"
+        "conserving" { FresnelRule::Conserving }
+            "Schlick's for metallic-roughness, exact for glass and complex indices; what is diffused is what facets leave"
+        "exact" { FresnelRule::Exact } "Fresnel's equations for whatever has an index; metals with a colour alone keep Schlick's"
+    /// What becomes of light that microfacets send to each other.
+    Microfacets = "microfacets", "compensated", Microfacets;
+        "single" { Microfacets::Single } "what facets send to each other is lost: rough metal is up to 60 % too dark"
+        "compensated" { Microfacets::Compensated }
+            "given back: white metal sends back all, to half a per cent, combed metal to one"
+    /// Whether colours that are bent apart have a wavelength.
+    Colour = "colour", "spectral", Spectral;
+        "rgb" { false } "all colours are bent alike: no rainbows"
+        "spectral" { true } "each path that is bent has one wavelength: noise in colours"
+    /// How texels are combined.
+    TextureFilter = "texture-filter", "bilinear", TextureFilter;
+        "nearest" { Filter::Nearest } "the nearest texel: blocks near by, and sparkles far away"
+        "mipmaps" { Filter::Mipmaps } "the mean over about a pixel: no sparkles with one sample, and blurred with many"
+        "bilinear" { Filter::Bilinear } "the weighted mean of four: smooth near by, and far away as sharp as samples make it"
+    /// How many segments a path may have.
+    PathLength = "path-length", "8", PathLength;
+        "1" { 1 } "camera rays alone: no reflection, no refraction"
+        "2" { 2 } "one reflection or refraction"
+        "4" { 4 } "three, as the documented preset"
+        "8" { 8 } "seven: through two glass balls and out again"
+        "16" { 16 } "fifteen"
+        "64" { 64 } "sixty-three; more by --max-depth alone"
+    /// When chance ends paths.
+    Roulette = "roulette", "late", Roulette;
+        "early" { Roulette::Early } "dim paths are ended by chance from the first surface on: less time a sample, more noise"
+        "late" { Roulette::Late } "from the fourth segment on"
+        "off" { Roulette::Off } "no path ends by chance: least noise a sample, most time"
+    /// How bright a sample may be.
+    Clamp = "clamp", "off", Clamp;
+        "1" { Some(1.0) } "samples brighter than white are white: no fireflies, and dark where light is rare"
+        "10" { Some(10.0) } "what is brighter than ten times white is lost, from the sun in a mirror on"
+        "100" { Some(100.0) } "what is a hundred times as bright as white is lost"
+        "off" { None } "nothing is lost, and what is rare and bright is noise"
+    /// How much of a pixel's surroundings counts towards it.
+    PixelFilter = "pixel-filter", "box", PixelFilter;
+        "gaussian" { PixelFilter::Gaussian } "a bell over three pixels: no stairs, and everything softer"
+        "blackman-harris" { PixelFilter::BlackmanHarris } "a narrower bell over three pixels"
+        "tent" { PixelFilter::Tent } "up to the middles of the neighbours"
+        "box" { PixelFilter::Box } "the pixel alone: sharp, with stairs at high contrast"
+    /// How many samples a pixel takes.
+    Samples = "samples", "64", Samples;
+        "1" { 1 } "edges are stairs"
+        "4" { 4 } "edges have five steps"
+        "16" { 16 } "noise a quarter of one sample's, or less"
+        "64" { 64 } "an eighth, or less"
+        "256" { 256 } "a sixteenth, or less"
+        "1024" { 1024 } "a thirty-second, or less"
+    /// Where random numbers come from.
+    Sampler = "sampler", "sobol", Sampler;
+        "independent" { SamplerKind::Independent } "each number by itself: noise falls with the root of the samples"
+        "stratified" { SamplerKind::Stratified } "sixteen at a time on a jittered grid: less noise where pictures are smooth"
+        "sobol" { SamplerKind::Sobol } "scrambled Sobol points: least noise, four dimensions even together"
+    /// What samples are added up in.
+    Accumulation = "accumulation", "f64", Accumulation;
+        "f32" { Accumulation::Single } "each sample is added to an f32: rounded to the steps of the sum so far"
+        "f64" { Accumulation::Double } "sums keep every digit of their samples"
+    /// Whether noise is filtered out of the picture.
+    Reconstruction = "reconstruction", "unbiased", Denoised;
+        "denoised" { true } "biased: noise is filtered out, and with it some of what is fine or faint; its own error is told"
+        "unbiased" { false } "the mean of the samples: right on average, noise and all"
+    /// What files keep of the picture.
+    Output = "output", "8-bit", Output;
+        "8-bit" { Output::Eight } "PNG of 256 codes: steps in dark ramps, and nothing brighter than white"
+        "8-bit-dither" { Output::Dithered } "PNG of 256 codes, one of the two nearest by place: no steps, and a grain of one code"
+        "16-bit" { Output::Sixteen } "PNG of 65 536 codes: nothing brighter than white"
+        "float" { Output::Float } "EXR alone: linear radiance as it is"
+    /// How long the tree is built for how fast it is walked.
+    Build = "build", "medium", Build;
+        "fast" { BuildQuality::Fast } "least build time: split from the top, large sets by samples"
+        "medium" { BuildQuality::Medium } "split from the top, and improved"
+        "high" { BuildQuality::High } "several times the build time: more is improved"
+    /// How rays find what they hit.
+    Accelerator = "accelerator", "bvh", Tree;
+        "linear" { false } "every primitive is tested"
+        "bvh" { true } "a tree of boxes"
 }
