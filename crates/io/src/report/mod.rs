@@ -4,7 +4,9 @@ mod labels;
 mod page;
 mod plot;
 mod scale;
+mod table;
 mod tables;
 
 pub use page::{Page, accuracy_plot};
 pub use plot::{Axis, Colour, Line, Mark, Plot, Point};
+pub use table::{Align, Row, Table, wrapped};

@@ -8,51 +8,62 @@ use raywright_core::effects::Status;
 
 use super::page::{Page, number};
 use super::plot::escaped;
+use super::table::{Align, Row, Table};
 use crate::limits::human_bytes;
 
 fn interval(of: Interval, f: fn(f64) -> f64) -> String {
-    if of.is_lost_in_noise() { format!("&lt;\u{2009}{}", number(f(of.high))) } else { number(f(of.value)) }
+    if of.is_lost_in_noise() { format!("<\u{2009}{}", number(f(of.high))) } else { number(f(of.value)) }
+}
+
+/// What marks the rows of what is in use.
+fn own(in_use: bool) -> &'static str {
+    if in_use { "own" } else { "" }
+}
+
+/// The heading of a ladder's rungs.
+fn heading(ladder: &str) -> Row {
+    Row::of_class("ladder", [ladder.to_owned()])
+}
+
+/// A rung with what a page says of it, and what is to be told in its row.
+fn rung(name: &str, about: &str, in_use: bool, cells: impl IntoIterator<Item = String>) -> Row {
+    Row { about: about.to_owned(), ..Row::of_class(own(in_use), [name.to_owned()].into_iter().chain(cells)) }
 }
 
 impl Page<'_> {
     /// The settings worth their time, each with its command.
     pub(super) fn frontier(&self) -> String {
-        let mut rows = String::new();
-        for (i, (candidate, flags)) in (1..).zip(self.report.frontier.iter().zip(self.flags)) {
-            let own = if candidate.flags.is_empty() { " class=\"own\"" } else { "" };
-            let _ = writeln!(
-                rows,
-                "<tr{own}><td>({i})</td><td class=\"text\"><code>{}</code></td>{}</tr>",
-                escaped(flags),
-                self.cells(&candidate.measured, None),
-            );
-        }
-        if rows.is_empty() {
+        if self.report.frontier.is_empty() {
             return String::new();
         }
+        let named = (1..).zip(self.report.frontier.iter().zip(self.flags));
+        let rows = named.map(|(i, (candidate, flags))| {
+            let cells = [format!("({i})"), format!("`{flags}`")].into_iter().chain(self.cells(&candidate.measured, None));
+            Row::of_class(own(candidate.flags.is_empty()), cells)
+        });
+        let mut columns = [Align::Right; 10];
+        columns[1] = Align::Left;
+        let [time, ratio, error, rmse, bias, noise, flip, alone] = HEADS;
+        let names = ["", "flags", time, ratio, error, rmse, bias, noise, flip, alone];
         format!(
             "<h2>Worth their time</h2>\n<p>No setting that was measured is both faster and nearer to the reference. The first row whose \
              error is small enough is the cheapest setting for that error; the last one within a time is the best for that time. The flags \
-             stand behind <code>{}</code></p>\n\
-             <div class=\"wide\"><table><thead><tr><th></th><th>flags</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n",
+             stand behind <code>{}</code></p>\n{}",
             escaped(self.own_command),
+            Table::new(columns, names, rows).html(),
         )
     }
 
     pub(super) fn rungs(&self) -> String {
-        let mut rows = String::new();
-        let _ = writeln!(rows, "<tr class=\"own\"><td>as it is</td>{}</tr>", self.cells(&self.report.own, None));
+        let named = |name: String, of: &Measured| [name].into_iter().chain(self.cells(of, None));
+        let mut rows = vec![Row::of_class("own", named("as it is".to_owned(), &self.report.own))];
         let (samples, others): (Vec<_>, Vec<_>) = self.report.ladders.iter().partition(|ladder| ladder.ladder == "samples");
-        samples.iter().for_each(|ladder| rows += &self.rows_of(ladder));
-        if let Some(base) = &self.report.base {
-            let _ = writeln!(
-                rows,
-                "<tr class=\"ladder\"><td>all below: {} samples</td>{}</tr>",
-                base.samples,
-                self.cells(&base.measured, None)
-            );
-        }
-        others.iter().for_each(|ladder| rows += &self.rows_of(ladder));
+        rows.extend(samples.into_iter().flat_map(|ladder| self.rows_of(ladder)));
+        let base = self.report.base.as_ref();
+        rows.extend(
+            base.map(|base| Row::of_class("ladder", named(format!("all below: {} samples", base.samples), &base.measured))),
+        );
+        rows.extend(others.into_iter().flat_map(|ladder| self.rows_of(ladder)));
         let mut in_vain = String::new();
         for ladder in &self.report.ladders {
             for (rung, [error, own]) in ladder.in_vain() {
@@ -86,35 +97,31 @@ impl Page<'_> {
             [] => String::new(),
             names => format!("<p class=\"soft\">Not called for by this scene, and not measured: {}.</p>\n", names.join(", ")),
         };
+        let [time, ratio, error, rmse, bias, noise, flip, alone] = HEADS;
+        let names = ["rung", time, ratio, error, rmse, bias, noise, flip, alone];
         format!(
             "<h2>Every rung, one at a time</h2>\n<p class=\"soft\">Times are those of all threads at the scene's \
              own size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Alone: root mean square difference to the ladder's most exact rung with \
              the same random numbers. &lt;: too small to be told from the reference's noise.</p>\n\
-             <div class=\"wide\"><table><thead><tr><th>rung</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n{beaten}{late}{in_vain}{absent}"
+             {}{beaten}{late}{in_vain}{absent}",
+            Table::new([Align::Right; 9], names, rows).html()
         )
     }
 
     /// A ladder with the rungs that have something to say: measured, and not slower and worse than the one in use.
-    fn rows_of(&self, ladder: &LadderReport) -> String {
-        let shown = ladder.rungs.iter().filter(|rung| !ladder.beats(rung));
-        let rows: String = shown.filter_map(|rung| Some(self.row(rung, rung.measured.as_ref()?))).collect();
-        let others = ladder.rungs.iter().filter(|rung| !rung.in_use && !ladder.beats(rung) && rung.measured.is_some());
-        if others.count() == 0 {
-            return String::new();
+    fn rows_of(&self, ladder: &LadderReport) -> Vec<Row> {
+        let shown: Vec<&RungReport> = ladder.rungs.iter().filter(|rung| !ladder.beats(rung) && rung.measured.is_some()).collect();
+        if shown.iter().all(|rung| rung.in_use) {
+            return Vec::new();
         }
-        format!("<tr class=\"ladder\"><td colspan=\"9\">{}</td></tr>\n{rows}", ladder.ladder)
+        let row = |of: &RungReport| Some(rung(&of.rung, of.about, of.in_use, self.cells(of.measured.as_ref()?, of.own_error)));
+        [heading(ladder.ladder)].into_iter().chain(shown.into_iter().filter_map(row)).collect()
     }
 
-    fn row(&self, rung: &RungReport, of: &Measured) -> String {
-        let own = if rung.in_use { " class=\"own\"" } else { "" };
-        let (name, about) = (escaped(&rung.rung), escaped(rung.about));
-        format!("<tr{own}><td title=\"{about}\">{name}</td>{}</tr>\n", self.cells(of, rung.own_error))
-    }
-
-    fn cells(&self, of: &Measured, own_error: Option<f64>) -> String {
+    fn cells(&self, of: &Measured, own_error: Option<f64>) -> [String; 8] {
         let errors = &of.errors;
         let bias = if errors.rmse.is_lost_in_noise() { String::new() } else { number(errors.bias) };
-        let list = [
+        [
             self.time(&of.seconds),
             number(of.ratio.median),
             interval(errors.relmse, f64::sqrt),
@@ -123,8 +130,7 @@ impl Page<'_> {
             errors.noise.map(number).unwrap_or_default(),
             number(of.flip),
             own_error.map(number).unwrap_or_default(),
-        ];
-        list.iter().map(|cell| format!("<td>{cell}</td>")).collect()
+        ]
     }
 
     /// Of a render at the scene's own size.
@@ -132,87 +138,76 @@ impl Page<'_> {
         format!("{} ±{:.0} %", spoken(of.median * self.report.enlargement()), of.relative() * 100.0)
     }
 
-    fn paid(&self, of: &RungCost) -> String {
+    fn paid(&self, of: &RungCost) -> Vec<String> {
         let bits = if of.same_bits { "" } else { ", ANOTHER PICTURE" };
         let memory = human_bytes(of.geometry) + bits;
-        let list = [self.time(&of.seconds), number(of.ratio.median), spoken(of.preparing.median), memory];
-        list.iter().map(|cell| format!("<td>{cell}</td>")).collect()
+        vec![self.time(&of.seconds), number(of.ratio.median), spoken(of.preparing.median), memory]
     }
 
     /// Rungs that no picture depends on.
     pub(super) fn prices(&self) -> String {
-        let mut rows = String::new();
+        let mut rows = Vec::new();
         for ladder in &self.report.prices {
-            let _ = writeln!(rows, "<tr class=\"ladder\"><td colspan=\"5\">{}</td></tr>", ladder.ladder);
-            for price in &ladder.rungs {
-                let own = if price.in_use { " class=\"own\"" } else { "" };
-                let cells = price.paid.as_ref().map_or_else(|| late(4), |of| self.paid(of));
-                let (name, about) = (escaped(&price.rung), escaped(price.about));
-                let _ = writeln!(rows, "<tr{own}><td title=\"{about}\">{name}</td>{cells}</tr>");
-            }
+            rows.push(heading(ladder.ladder));
+            rows.extend(ladder.rungs.iter().map(|price| {
+                let cells = price.paid.as_ref().map_or_else(|| vec!["no time".to_owned()], |of| self.paid(of));
+                rung(&price.rung, price.about, price.in_use, cells)
+            }));
         }
         if rows.is_empty() {
-            return rows;
+            return String::new();
         }
+        let names = ["rung", "CPU time", "× in use", "preparing", "memory"];
         format!(
             "<h2>What changes no picture</h2>\n<p class=\"soft\">RungCost in time and memory alone; that the pictures are the same bits is \
-             checked.</p>\n<div class=\"wide\"><table><thead><tr><th>rung</th><th>CPU time</th><th>× in use</th><th>preparing</th>\
-             <th>memory</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+             checked.</p>\n{}",
+            Table::new([Align::Right; 5], names, rows).html()
         )
     }
 
     /// What files keep of the picture.
     pub(super) fn outputs(&self) -> String {
         let row = |of: &OutputReport| {
-            let own = if of.in_use { " class=\"own\"" } else { "" };
             let coding = of.seconds.map(|seconds| number(seconds.median * 1e3)).unwrap_or_default();
-            let figures = [of.rmse, of.greatest, of.flip].map(number);
-            let cells = [of.bytes_per_pixel.to_string(), coding].into_iter().chain(figures);
-            let cells: String =
-                cells.chain([format!("{:.1} %", 100.0 * of.clipped)]).map(|cell| format!("<td>{cell}</td>")).collect();
-            format!("<tr{own}><td title=\"{}\">{}</td>{cells}</tr>\n", escaped(of.about), escaped(of.rung))
+            let [rmse, greatest, flip] = [of.rmse, of.greatest, of.flip].map(number);
+            let cells = [of.bytes_per_pixel.to_string(), coding, rmse, greatest, flip, format!("{:.1} %", 100.0 * of.clipped)];
+            rung(of.rung, of.about, of.in_use, cells)
         };
-        let rows: String = self.report.outputs.iter().map(row).collect();
+        let names = ["rung", "bytes a pixel", "coding, CPU ms", "RMSE", "greatest", "FLIP", "clipped"];
         format!(
             "<h2>What a file keeps</h2>\n<p class=\"soft\">Differences of display values, 0 to 1, from those that were computed. Clipped: \
-             pixels with a channel as bright as can be, which is lost where the picture is exposed again.</p>\n<div class=\"wide\">\
-             <table><thead><tr><th>rung</th><th>bytes a pixel</th><th>coding, CPU ms</th><th>RMSE</th><th>greatest</th><th>FLIP</th>\
-             <th>clipped</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+             pixels with a channel as bright as can be, which is lost where the picture is exposed again.</p>\n{}",
+            Table::new([Align::Right; 7], names, self.report.outputs.iter().map(row)).html()
         )
     }
 
     /// What the scene calls for, and what each effect that can be switched off adds.
     pub(super) fn effects(&self) -> String {
         let costs = self.report.costs.as_ref();
-        let mut rows = String::new();
-        for finding in &self.effects.effects {
-            let status = match finding.status {
-                Status::Simulated => "simulated",
-                Status::LeftOut => "left out",
-                Status::Absent => continue,
-            };
-            let (name, because) = (escaped(finding.effect.name()), escaped(&finding.because));
+        let present = self.effects.effects.iter().filter(|finding| finding.status != Status::Absent);
+        let rows = present.map(|finding| {
+            let status = if finding.status == Status::Simulated { "simulated" } else { "left out" };
             let cost = costs.and_then(|costs| costs.effects.iter().find(|cost| cost.effect == finding.effect.name()));
-            let _ = writeln!(
-                rows,
-                "<tr><td>{name}</td>{}<td class=\"text\">{status}: {because}</td></tr>",
-                cost.map_or_else(|| "<td></td>".repeat(4), added)
-            );
-        }
+            let [time, rays, rmse, flip] = cost.map(added).unwrap_or_default();
+            let told = format!("{status}: {}", finding.because);
+            [finding.effect.name().to_owned(), time, rays, rmse, flip, told].into_iter().collect()
+        });
+        let mut columns = [Align::Right; 6];
+        columns[5] = Align::Left;
+        let names = ["effect", "adds to time", "to rays", "changes, RMSE", "FLIP", "status"];
         format!(
-            "<h2>What the scene calls for</h2>\n<p class=\"soft\">{}</p>\n<div class=\"wide\"><table><thead><tr><th>effect</th>\
-             <th>adds to time</th><th>to rays</th><th>changes, RMSE</th><th>FLIP</th><th>status</th></tr></thead><tbody>\n{rows}</tbody>\
-             </table></div>\n",
-            costs.map_or_else(|| "There was no time to measure what each costs.".to_owned(), how_measured)
+            "<h2>What the scene calls for</h2>\n<p class=\"soft\">{}</p>\n{}",
+            costs.map_or_else(|| "There was no time to measure what each costs.".to_owned(), how_measured),
+            Table::new(columns, names, rows).html()
         )
     }
 }
 
 /// What an effect adds: median and range of its rounds.
-fn added(of: &EffectCost) -> String {
+fn added(of: &EffectCost) -> [String; 4] {
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
     let time = format!("{} ({} to {})", percent(of.ratio.median), percent(of.ratio.min), percent(of.ratio.max));
-    [time, percent(of.rays), number(of.rmse), number(of.flip)].iter().map(|cell| format!("<td>{cell}</td>")).collect()
+    [time, percent(of.rays), number(of.rmse), number(of.flip)]
 }
 
 fn how_measured(costs: &EffectCosts) -> String {
@@ -224,15 +219,10 @@ fn how_measured(costs: &EffectCosts) -> String {
     )
 }
 
-const HEADS: &str =
-    "<th>CPU time</th><th>× in use</th><th>error</th><th>RMSE</th><th>bias</th><th>noise</th><th>FLIP</th><th>alone</th>";
+/// The columns of every measured setting.
+const HEADS: [&str; 8] = ["CPU time", "× in use", "error", "RMSE", "bias", "noise", "FLIP", "alone"];
 
 /// A time with three digits.
 fn spoken(seconds: f64) -> String {
     if seconds < 0.9995 { format!("{} ms", number(1e3 * seconds)) } else { format!("{} s", number(seconds)) }
-}
-
-/// What stands in so many columns of a rung without figures.
-fn late(columns: u32) -> String {
-    format!("<td colspan=\"{columns}\" class=\"text\">no time</td>")
 }

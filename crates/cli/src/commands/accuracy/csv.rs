@@ -4,6 +4,8 @@
 use raywright_core::accuracy::{EffectCost, Measured, OutputReport, Price, Report};
 use raywright_core::bench::Spread;
 
+use crate::table::{Align, Row, Table};
+
 /// Names of the columns.
 const COLUMNS: [&str; 27] = [
     "ladder",
@@ -120,6 +122,5 @@ pub fn csv(report: &Report) -> String {
         let line = Line::new("frontier", "", candidate.flags.is_empty()).with("flags", candidate.flags.join(" "));
         line.measured(&candidate.measured)
     }));
-    let rows = lines.iter().map(|line| line.0.join(","));
-    core::iter::once(COLUMNS.join(",")).chain(rows).fold(String::new(), |csv, row| csv + &row + "\n")
+    Table::new([Align::Left; COLUMNS.len()], COLUMNS, lines.into_iter().map(|line| Row::from_iter(line.0))).csv()
 }

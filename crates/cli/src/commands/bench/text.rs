@@ -4,59 +4,45 @@ use raywright_core::bench::{Cost, Crossover, Given, PowerLaw, Row, Series, Sprea
 use raywright_io::human_bytes;
 
 use super::report::{Measured, Report};
-use crate::table::{Align, lay_out_aligned, paragraph};
+use crate::console;
+use crate::table::{Align, Table, paragraph};
 
 /// A table with what is to be said below it.
-struct Sheet<const N: usize> {
+struct Sheet {
     heading: String,
-    columns: [Align; N],
-    /// The first row names the columns.
-    rows: Vec<[String; N]>,
+    table: Table,
     notes: Vec<String>,
 }
 
 /// The report for a terminal.
 pub fn plain(report: &Report) -> String {
-    let mut text: String = report.preamble().iter().map(|line| paragraph(line) + "\n").collect();
-    match &report.measured {
-        Measured::Generated(series) => series.iter().for_each(|s| {
-            text += &of_series(s, report).plain();
-            text += &upkeep_of_series(s).plain();
-        }),
-        Measured::Given { rows, .. } => {
-            text += &of_given(rows, report).plain();
-            text += &upkeep_of_given(rows).plain();
-        }
-    }
-    text
+    let preamble = report.preamble().into_iter().map(|line| paragraph(&line) + "\n");
+    preamble.chain(sheets(report).iter().map(Sheet::plain)).collect()
 }
 
 /// The report for a document.
 pub fn markdown(report: &Report) -> String {
-    let mut text = report.preamble().join("\n") + "\n";
+    let preamble = report.preamble().into_iter().map(|line| line + "\n");
+    preamble.chain(sheets(report).iter().map(Sheet::markdown)).collect()
+}
+
+fn sheets(report: &Report) -> Vec<Sheet> {
     match &report.measured {
-        Measured::Generated(series) => series.iter().for_each(|s| {
-            text += &of_series(s, report).markdown();
-            text += &upkeep_of_series(s).markdown();
-        }),
-        Measured::Given { rows, .. } => {
-            text += &of_given(rows, report).markdown();
-            text += &upkeep_of_given(rows).markdown();
-        }
+        Measured::Generated(series) => series.iter().flat_map(|s| [of_series(s, report), upkeep_of_series(s)]).collect(),
+        Measured::Given { rows, .. } => vec![of_given(rows, report), upkeep_of_given(rows)],
     }
-    text
 }
 
 /// What the columns of time are called.
 const TIMES: [&str; 3] = ["scan, ns/ray", "tree, ns/ray", "scan : tree"];
 
-fn of_series(series: &Series, report: &Report) -> Sheet<7> {
+fn of_series(series: &Series, report: &Report) -> Sheet {
     let [scan, tree, ratio] = TIMES;
     let names = ["N", "rays that hit", scan, tree, ratio, "nodes/ray", "tests/ray"];
     let cells = |row: &Row| {
         let [scan, tree, ratio] = times(row);
         let [hits, nodes, tests] = visits(row);
-        [row.primitives.to_string(), hits, scan, tree, ratio, nodes, tests]
+        [row.primitives.to_string(), hits, scan, tree, ratio, nodes, tests].into_iter().collect()
     };
     let mut notes = Vec::new();
     notes.push(lead(series.crossover));
@@ -65,8 +51,7 @@ fn of_series(series: &Series, report: &Report) -> Sheet<7> {
     notes.extend(left_out(series.rows.iter(), report));
     Sheet {
         heading: capitalised(series.kind.name()),
-        columns: [Align::Right; 7],
-        rows: table(names, series.rows.iter().map(cells)),
+        table: Table::new([Align::Right; 7], names, series.rows.iter().map(cells)),
         notes,
     }
 }
@@ -84,30 +69,28 @@ fn lead(crossover: Option<Crossover>) -> String {
 }
 
 /// What it takes to have the structures.
-fn upkeep_of_series(series: &Series) -> Sheet<5> {
+fn upkeep_of_series(series: &Series) -> Sheet {
     let names = ["N", "scan: build, ms", "bytes/N", "tree: build, ms", "bytes/N"];
     let cells = |row: &Row| {
         let per_primitive = |cost: Option<Cost>| upkeep(cost, |bytes| rounded(bytes as f64 / row.primitives as f64));
         let ([a, b], [c, d]) = (per_primitive(row.scan), per_primitive(Some(row.tree)));
-        [row.primitives.to_string(), a, b, c, d]
+        [row.primitives.to_string(), a, b, c, d].into_iter().collect()
     };
     Sheet {
         heading: format!("{}: build and memory", capitalised(series.kind.name())),
-        columns: [Align::Right; 5],
-        rows: table(names, series.rows.iter().map(cells)),
+        table: Table::new([Align::Right; 5], names, series.rows.iter().map(cells)),
         notes: vec![],
     }
 }
 
-fn of_given(given: &Given, report: &Report) -> Sheet<8> {
+fn of_given(given: &Given, report: &Report) -> Sheet {
     let [scan, tree, ratio] = TIMES;
     let names = ["rays", "how many", "that hit", scan, tree, ratio, "nodes/ray", "tests/ray"];
     let cells = |name: &str, row: &Row| {
         let [scan, tree, ratio] = times(row);
         let [hits, nodes, tests] = visits(row);
-        [name.to_owned(), row.tree.rays.to_string(), hits, scan, tree, ratio, nodes, tests]
+        [name.to_owned(), row.tree.rays.to_string(), hits, scan, tree, ratio, nodes, tests].into_iter().collect()
     };
-    let camera = [cells("camera", &given.camera)];
     let mut notes = vec![];
     if given.bounce.is_none() {
         notes.push("The camera sees nothing, so there are no bounces.".to_owned());
@@ -115,28 +98,23 @@ fn of_given(given: &Given, report: &Report) -> Sheet<8> {
     notes.extend(left_out([Some(&given.camera), given.bounce.as_ref()].into_iter().flatten(), report));
     let mut columns = [Align::Right; 8];
     columns[0] = Align::Left;
-    let rows = table(names, camera.into_iter().chain(given.bounce.iter().map(|row| cells("bounce", row))));
-    Sheet { heading: "Scan against tree".to_owned(), columns, rows, notes }
+    let rows = [cells("camera", &given.camera)].into_iter().chain(given.bounce.iter().map(|row| cells("bounce", row)));
+    Sheet { heading: "Scan against tree".to_owned(), table: Table::new(columns, names, rows), notes }
 }
 
-fn upkeep_of_given(given: &Given) -> Sheet<3> {
+fn upkeep_of_given(given: &Given) -> Sheet {
     let row = &given.camera;
     let cells = |(name, cost): (&str, Option<Cost>)| {
         let [build, bytes] = upkeep(cost, |bytes| human_bytes(bytes as u64));
-        [name.to_owned(), build, bytes]
+        [name.to_owned(), build, bytes].into_iter().collect()
     };
     let structures = [("scan", row.scan), ("tree", Some(row.tree))];
+    let names = ["structure", "objects to structure, ms", "memory"];
     Sheet {
         heading: format!("Build and memory, {} primitives", row.primitives),
-        columns: [Align::Left, Align::Right, Align::Right],
-        rows: table(["structure", "objects to structure, ms", "memory"], structures.into_iter().map(cells)),
+        table: Table::new([Align::Left, Align::Right, Align::Right], names, structures.into_iter().map(cells)),
         notes: vec![],
     }
-}
-
-/// The first row names the columns.
-fn table<const N: usize>(names: [&str; N], rows: impl Iterator<Item = [String; N]>) -> Vec<[String; N]> {
-    [names.map(str::to_owned)].into_iter().chain(rows).collect()
 }
 
 /// Cells of [`TIMES`].
@@ -205,27 +183,16 @@ fn capitalised(word: &str) -> String {
     letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }
 
-impl<const N: usize> Sheet<N> {
+impl Sheet {
     fn plain(&self) -> String {
         let notes: String = self.notes.iter().map(|note| paragraph(note) + "\n").collect();
-        format!("\n{}\n{}{notes}", self.heading, lay_out_aligned(self.columns, &self.rows))
+        format!("\n{}\n{}{notes}", self.heading, self.table.text(console::width()))
     }
 
     fn markdown(&self) -> String {
-        let line = |cells: &[String; N]| format!("| {} |\n", cells.join(" | "));
-        let rule = self.columns.map(|column| if column == Align::Left { ":--".to_owned() } else { "--:".to_owned() });
-        let mut text = format!("\n### {}\n\n", self.heading);
-        for (i, row) in self.rows.iter().enumerate() {
-            text += &line(row);
-            if i == 0 {
-                text += &line(&rule);
-            }
-        }
-        if !self.notes.is_empty() {
-            text.push('\n');
-        }
-        self.notes.iter().for_each(|note| text += &format!("- {note}\n"));
-        text
+        let notes: String = self.notes.iter().map(|note| format!("- {note}\n")).collect();
+        let gap = if notes.is_empty() { "" } else { "\n" };
+        format!("\n### {}\n\n{}{gap}{notes}", self.heading, self.table.markdown())
     }
 }
 
@@ -269,7 +236,7 @@ mod tests {
         let given = Given { camera: row, bounce: None };
         let sheet = upkeep_of_given(&given);
         assert_eq!(sheet.heading, "Build and memory, 1000 primitives");
-        let rows: Vec<String> = sheet.rows.iter().map(|row| row.join(" | ")).collect();
+        let rows: Vec<String> = sheet.table.rows.iter().map(|row| row.cells.join(" | ")).collect();
         assert_eq!(rows[1..], ["scan | 1.00 ± 5.0 % | 2 KiB", "tree | 5.00 ± 5.0 % | 6 MiB"]);
         let untimed = Row { scan: None, ratio: None, ..row };
         assert_eq!(times(&untimed), ["not run", "50.0 ± 5.0 %", "-"]);

@@ -1,0 +1,226 @@
+//! One table, written as text, Markdown, comma-separated values or HTML.
+
+use super::plot::escaped;
+use crate::masking::on_one_line;
+
+/// On which side a column's cells touch its edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Align {
+    /// Text.
+    Left,
+    /// Numbers.
+    Right,
+}
+
+/// A row of a table. One with fewer cells than there are columns has its last one over those that are left.
+#[derive(Clone, Debug, Default)]
+pub struct Row {
+    /// Its cells; one between back quotes is to be typed as it is.
+    pub cells: Vec<String>,
+    /// What a page shows it as; empty: as any other.
+    pub class: &'static str,
+    /// What a page says of it to whoever points at its first cell.
+    pub about: String,
+}
+
+impl Row {
+    /// A row of a kind.
+    pub fn of_class(class: &'static str, cells: impl IntoIterator<Item = String>) -> Self {
+        Self { class, ..Self::from_iter(cells) }
+    }
+}
+
+impl FromIterator<String> for Row {
+    fn from_iter<I: IntoIterator<Item = String>>(cells: I) -> Self {
+        Self { cells: cells.into_iter().collect(), ..Self::default() }
+    }
+}
+
+/// Rows in columns.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// How the cells of each column lie.
+    pub columns: Vec<Align>,
+    /// The first one names the columns, where they have names.
+    pub rows: Vec<Row>,
+}
+
+impl Table {
+    /// A table of names of columns and rows below them.
+    pub fn new<const N: usize>(columns: [Align; N], names: [&str; N], rows: impl IntoIterator<Item = Row>) -> Self {
+        let names = names.map(str::to_owned).into_iter().collect();
+        Self { columns: columns.to_vec(), rows: [names].into_iter().chain(rows).collect() }
+    }
+
+    /// Plain text: columns padded to their widest cell, two spaces apart, within so many characters, and no spaces at the end of a line. A cell
+    /// with several lines would look like several rows, and is made one.
+    ///
+    /// Where it is too wide, text in its last column is broken, or the columns that have no room follow in a table of their own, after the
+    /// first one once more.
+    pub fn text(&self, room: Option<usize>) -> String {
+        let one_line = |row: &Row| -> Vec<String> { row.cells.iter().map(|cell| on_one_line(cell)).collect() };
+        let rows: Vec<Vec<String>> = self.rows.iter().map(one_line).collect();
+        let columns = &self.columns;
+        let width = |column: usize| rows.iter().filter_map(|row| Some(row.get(column)?.chars().count())).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..columns.len()).map(width).collect();
+        let room = room.unwrap_or(usize::MAX);
+        let all = Vec::from_iter(0..columns.len());
+        let before = widths.split_last().map_or(0, |(_, others)| others.iter().map(|width| width + GAP.len()).sum::<usize>());
+        if columns.last() == Some(&Align::Left) && before + LEAST_TEXT <= room {
+            return rows.iter().map(|row| line(row, &widths, columns, &all, room)).collect();
+        }
+        let mut bands: Vec<Vec<usize>> = Vec::new();
+        let mut used = usize::MAX;
+        for (column, width) in widths.iter().enumerate() {
+            match bands.last_mut() {
+                Some(band) if used + GAP.len() + width <= room => band.push(column),
+                _ => {
+                    bands.push(if column == 0 { vec![0] } else { vec![0, column] });
+                    used = if column == 0 { 0 } else { widths[0] + GAP.len() };
+                    used += width;
+                    continue;
+                }
+            }
+            used += GAP.len() + width;
+        }
+        let band = |band: &Vec<usize>| rows.iter().map(|row| line(row, &widths, columns, band, room)).collect::<String>();
+        bands.iter().map(band).collect::<Vec<_>>().join("\n")
+    }
+
+    /// Markdown.
+    pub fn markdown(&self) -> String {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let side = |column: &Align| if *column == Align::Left { ":--".to_owned() } else { "--:".to_owned() };
+        let rule = line(&self.columns.iter().map(side).collect::<Vec<_>>());
+        let mut lines: Vec<String> = self.rows.iter().map(|row| line(&row.cells)).collect();
+        lines.insert(lines.len().min(1), rule);
+        lines.concat()
+    }
+
+    /// Comma-separated values.
+    pub fn csv(&self) -> String {
+        self.rows.iter().map(|row| row.cells.join(",") + "\n").collect()
+    }
+
+    /// A table of a page.
+    pub fn html(&self) -> String {
+        let Some((names, rows)) = self.rows.split_first() else { return String::new() };
+        let names: String = names.cells.iter().map(|name| format!("<th>{}</th>", escaped(name))).collect();
+        let rows: String = rows.iter().map(|row| self.html_row(row)).collect();
+        format!("<div class=\"wide\"><table><thead><tr>{names}</tr></thead><tbody>\n{rows}</tbody></table></div>\n")
+    }
+
+    fn html_row(&self, row: &Row) -> String {
+        let (count, columns) = (row.cells.len(), self.columns.len());
+        let cell = |(i, cell): (usize, &String)| {
+            let about = if i == 0 && !row.about.is_empty() { attribute("title", &row.about) } else { String::new() };
+            let is_wide = i + 1 == count && count < columns;
+            let span = if is_wide { attribute("colspan", &(columns - i).to_string()) } else { String::new() };
+            let is_text = i > 0 && (is_wide || self.columns[i] == Align::Left);
+            let class = if is_text { attribute("class", "text") } else { String::new() };
+            let typed = cell.strip_prefix('`').and_then(|cell| cell.strip_suffix('`'));
+            let cell = typed.map_or_else(|| escaped(cell), |typed| format!("<code>{}</code>", escaped(typed)));
+            format!("<td{about}{span}{class}>{cell}</td>")
+        };
+        let class = if row.class.is_empty() { String::new() } else { attribute("class", row.class) };
+        let cells: String = row.cells.iter().enumerate().map(cell).collect();
+        format!("<tr{class}>{cells}</tr>\n")
+    }
+}
+
+fn attribute(name: &str, value: &str) -> String {
+    format!(" {name}=\"{}\"", escaped(value))
+}
+
+/// Between columns.
+const GAP: &str = "  ";
+/// Characters of text that a line has at least, where it is broken.
+const LEAST_TEXT: usize = 20;
+
+/// Some of a row's cells in a line, of which the last one may go on in further lines below its beginning.
+fn line(row: &[String], widths: &[usize], columns: &[Align], shown: &[usize], room: usize) -> String {
+    let mut text = String::new();
+    for (i, &column) in shown.iter().enumerate() {
+        let (cell, width) = (row.get(column).map_or("", String::as_str), widths[column]);
+        let is_last = i + 1 == shown.len();
+        text += &match columns[column] {
+            Align::Left if is_last => wrapped(cell, text.chars().count(), room),
+            Align::Left => format!("{cell:width$}"),
+            Align::Right => format!("{cell:>width$}"),
+        };
+        if !is_last {
+            text += GAP;
+        }
+    }
+    text.trim_end().to_owned() + "\n"
+}
+
+/// A text broken between words so that it fits beside so many characters, which further lines are indented by.
+pub fn wrapped(text: &str, indent: usize, room: usize) -> String {
+    let room = room.saturating_sub(indent).max(LEAST_TEXT);
+    if text.chars().count() <= room {
+        return text.to_owned();
+    }
+    let (mut lines, mut used): (Vec<String>, usize) = (vec![String::new()], 0);
+    for word in text.split(' ') {
+        let length = word.chars().count();
+        match lines.last_mut() {
+            Some(line) if line.is_empty() || used + 1 + length <= room => {
+                let space = usize::from(!line.is_empty());
+                *line += &" ".repeat(space);
+                *line += word;
+                used += space + length;
+            }
+            _ => {
+                lines.push(word.to_owned());
+                used = length;
+            }
+        }
+    }
+    lines.join(&format!("\n{}", " ".repeat(indent)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table<const N: usize>(columns: [Align; N], rows: &[[&str; N]]) -> Table {
+        Table { columns: columns.to_vec(), rows: rows.iter().map(|row| row.map(str::to_owned).into_iter().collect()).collect() }
+    }
+
+    /// Protects: widths count characters, not bytes, and lines have no trailing blanks.
+    #[test]
+    fn columns_line_up() {
+        let rows = [["é", "1", "x"], ["abc", "100", ""]];
+        assert_eq!(table([Align::Left; 3], &rows).text(None), "é    1    x\nabc  100\n");
+        assert_eq!(table([Align::Left, Align::Right, Align::Left], &rows).text(None), "é      1  x\nabc  100\n");
+    }
+
+    /// Protects: a table that is too wide breaks the text of its last column below its beginning, or goes on below with the first column once
+    /// more; nothing is lost.
+    #[test]
+    fn tables_fit() {
+        let text = table([Align::Left; 2], &[["a", "one two three four five six seven eight"], ["b", "nine"]]).text(Some(24));
+        assert_eq!(text, "a  one two three four\n   five six seven eight\nb  nine\n");
+        let numbers = table([Align::Right; 4], &[["N", "first one", "second", "third"], ["10", "1", "2", "3"]]);
+        assert_eq!(numbers.text(Some(22)), " N  first one  second\n10          1       2\n\n N  third\n10      3\n");
+        assert_eq!(numbers.text(None).lines().count(), 2);
+    }
+
+    /// Protects: one table is the same rows in every notation; a page marks rows and says what they are, what is typed is code, a short row's
+    /// last cell goes on to the edge, and nothing of a name is read as markup.
+    #[test]
+    fn every_notation_has_the_rows() {
+        let mut table = table([Align::Left, Align::Right, Align::Left], &[["rung", "x", "flags"], ["a<b", "1", "`--spp 4`"]]);
+        assert_eq!(table.csv(), "rung,x,flags\na<b,1,`--spp 4`\n");
+        assert_eq!(table.markdown(), "| rung | x | flags |\n| :-- | --: | :-- |\n| a<b | 1 | `--spp 4` |\n");
+        table.rows[1].about = "\"what\"".to_owned();
+        table.rows.push(Row::of_class("ladder", ["all".to_owned()]));
+        table.rows.push(Row::of_class("own", ["c".to_owned(), "no time".to_owned()]));
+        let rows = "<tr><td title=\"&quot;what&quot;\">a&lt;b</td><td>1</td><td class=\"text\"><code>--spp 4</code></td></tr>\n\
+            <tr class=\"ladder\"><td colspan=\"3\">all</td></tr>\n\
+            <tr class=\"own\"><td>c</td><td colspan=\"2\" class=\"text\">no time</td></tr>\n";
+        let html = table.html();
+        assert!(html.contains("<th>rung</th><th>x</th><th>flags</th>") && html.contains(rows), "{html}");
+    }
+}
