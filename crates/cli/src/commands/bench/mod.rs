@@ -41,7 +41,7 @@ pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
         verbosity.say(path.display());
     }
     let text = match (args.json, args.markdown) {
-        (true, _) => report.json(),
+        (true, _) => console::json(&report),
         (_, true) => text::markdown(&report),
         _ => text::plain(&report),
     };

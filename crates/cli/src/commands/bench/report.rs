@@ -74,14 +74,6 @@ impl Report {
         }
     }
 
-    /// As JSON. A figure that could not be had is null.
-    pub fn json(&self) -> String {
-        // Nothing in it can fail to be written: the keys are strings.
-        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
-        text.push('\n');
-        text
-    }
-
     /// How the figures came about, in sentences.
     pub fn preamble(&self) -> Vec<String> {
         let what = match &self.measured {

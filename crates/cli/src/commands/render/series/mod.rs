@@ -1,10 +1,10 @@
 //! The pictures of a run: one, or several of several scenes, from several views, once around, or of several moments. A scene is loaded once
 //! for each moment and prepared once where only the camera moves; each picture has the bits of a run of its own.
 
+mod moment;
 mod names;
 mod together;
 
-use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::path::Path;
@@ -12,7 +12,6 @@ use std::sync::atomic::AtomicBool;
 
 use raywright_core::denoise::DenoiseError;
 use raywright_core::film::Uncertainty;
-use raywright_core::framing::Silhouette;
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered, Scene, estimate};
 use raywright_io::output::write_atomically;
@@ -28,13 +27,12 @@ use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::plan::{Plan, Shot, Task};
 use crate::progress::Progress;
-use crate::ready::prepared;
 use crate::stats::Stats;
 use crate::table::significant;
 use crate::targets::{Outputs, Target};
 use crate::threads::Threads;
-use crate::watch::Watch;
 use crate::{interrupt, scene_input};
+use moment::Moment;
 use together::Together;
 
 /// Renders scenes and writes their pictures.
@@ -249,7 +247,7 @@ impl<'a> Series<'a> {
             self.clear_of = loaded.inputs.clone();
         }
         scene_input::note_completed(&loaded, notes);
-        Ok(Moment { loaded, silhouette: OnceCell::new(), ready: None })
+        Ok(Moment::new(loaded))
     }
 
     /// Renders one picture and writes it.
@@ -358,42 +356,6 @@ const MOST_KEPT: u64 = 1 << 30;
 /// What a scene takes in memory, as far as it can be known.
 fn bytes_of(scene: &Scene) -> u64 {
     estimate(scene, &Settings::of(scene)).total()
-}
-
-/// A scene at a moment.
-struct Moment {
-    loaded: Loaded,
-    /// Made where a camera is to show the whole of it.
-    silhouette: OnceCell<Silhouette>,
-    ready: Option<Ready>,
-}
-
-impl Moment {
-    fn silhouette(&self) -> &Silhouette {
-        self.silhouette.get_or_init(|| Silhouette::of(&self.loaded.scene))
-    }
-
-    /// How a picture of it is made.
-    fn settle(&mut self, task: &Task, shot: &Shot) -> Result<Plan, Failure> {
-        let view = shot.seen_from(|| self.silhouette());
-        let Self { loaded, silhouette, .. } = self;
-        task.settle(&mut loaded.scene, view, |scene, view, fov, aspect| {
-            let silhouette = silhouette.get_or_init(|| Silhouette::of(scene));
-            silhouette.frame(view.unwrap_or_else(|| silhouette.front()), fov, aspect)
-        })
-    }
-
-    /// Makes it ready for a picture, by turning the camera alone where that is all that changed.
-    fn prepare(&mut self, plan: &Plan, threads: &Threads, stop: &AtomicBool) -> Result<(), Failure> {
-        let turned = match (&mut self.ready, &plan.settings.camera) {
-            (Some(ready), Some(camera)) => ready.turn_to(&self.loaded.scene, camera),
-            _ => false,
-        };
-        if !turned {
-            self.ready = Some(threads.run(|| prepared(&self.loaded, &plan.settings, &Watch::until(stop)))?);
-        }
-        Ok(())
-    }
 }
 
 #[cfg(test)]
