@@ -127,12 +127,6 @@ impl PaddedBox {
     }
 }
 
-/// Half the surface of a box, in f64: neither the largest nor the smallest boxes leave its range.
-pub(crate) fn exact_half_area(bounds: &PaddedBox) -> f64 {
-    let e = bounds.max.as_dvec3() - bounds.min.as_dvec3();
-    e.x * e.y + e.y * e.z + e.z * e.x
-}
-
 /// Half the surface of a box, in f32.
 pub(crate) fn half_area(bounds: &PaddedBox) -> f32 {
     let e = bounds.max - bounds.min;

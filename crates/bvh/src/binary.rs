@@ -16,7 +16,7 @@ pub(crate) struct Binary {
 }
 
 impl Binary {
-    /// The tree of nodes in any order, the root first, children adjacent.
+    /// The tree of nodes in any order, the root first, children adjacent, whose leaves have boxes; those of the others are made.
     pub fn sorted(nodes: &[BinaryNode], order: Vec<u32>) -> Self {
         /// Parts that threads can work on, where there are so many nodes.
         const PARTS: usize = 64;
@@ -38,6 +38,12 @@ impl Binary {
             }
             parts.push(start..sorted.len());
         }
+        for at in (0..sorted.len()).rev() {
+            let BinaryNode { first, count, .. } = sorted[at];
+            if count == 0 {
+                sorted[at].bounds = sorted[first as usize].bounds.union(&sorted[first as usize + 1].bounds);
+            }
+        }
         Self { nodes: sorted, order, parts }
     }
 
@@ -48,7 +54,7 @@ impl Binary {
 }
 
 /// Level by level from the root until so many wait for their children to follow, and where these start.
-pub(crate) fn level(nodes: &[BinaryNode], most: usize) -> (Vec<BinaryNode>, usize) {
+fn level(nodes: &[BinaryNode], most: usize) -> (Vec<BinaryNode>, usize) {
     let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
     sorted.extend(nodes.first());
     while next < sorted.len() && sorted.len() - next < most {

@@ -50,7 +50,7 @@ use self::triangle8::Triangle8;
 
 /// The most primitives that one tree can address.
 pub const MAX_PRIMITIVES: usize = (1 << 27) - 1;
-/// Deepest tree that a traversal has a stack for; the builder falls back to a balanced split beyond it.
+/// Deepest tree that a traversal has a stack for; what clustering makes deeper is halved.
 const MAX_DEPTH: u32 = 64;
 /// Each level leaves at most seven siblings behind, and a node's eight children are written at once.
 const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;

@@ -139,7 +139,7 @@ impl<R: Real> Geometry<R> {
     }
 
     /// The same, given up where `stop` says so: none. It is asked between the passes of a build, from any thread of the pool; a
-    /// pass of reinsertion, once begun, goes to its end.
+    /// pass over a quarter of a million boxes, once begun, goes to its end.
     pub fn unless(mut group: PrimitiveSet<R>, kind: AcceleratorKind, stop: Stop<'_>) -> Option<Self> {
         let Sorted { mut slots, mut bounded, mut nothing, boxes, bounds } = Sorted::new(&mut group);
         let unbounded = slots.len();

@@ -3,13 +3,9 @@
 //! out, and with many nodes to place that is quadratic. So the search is tried with a few of them first.
 
 use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
-
-use super::Stop;
-use crate::aabb::{PaddedBox, half_area};
-use crate::binary::{Binary, BinaryNode, level};
 
 /// Nodes that the search is tried with.
 const TRIED: usize = 64;
@@ -17,27 +13,17 @@ const TRIED: usize = 64;
 /// axes, 200 to 2500 and more among crossing ones.
 const STEPS: u64 = 150;
 
+/// Shares of what is to be moved, one round each: the last rounds, of the greatest boxes alone, put right what the first ones made uneven.
+const ROUNDS: [f32; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125];
+
 /// Moves this share of the nodes, and ever fewer after them, from the top on. Returns how many nodes were looked at.
-pub(super) fn reinsert(binary: &mut Binary, share: f32, stop: Stop<'_>) -> u64 {
-    // Where surfaces leave the range of f32, `obvhs` can't tell what is better.
-    if stop() || binary.nodes.len() < 3 || !half_area(&binary.nodes[0].bounds).is_finite() {
+pub(super) fn reinsert(tree: &mut Bvh2, share: f32) -> u64 {
+    if tree.nodes.len() < 3 || share <= 0.0 {
         return 0;
     }
-    // What is looked for first are the first nodes: those near the root.
-    let (nodes, _) = level(&binary.nodes, usize::MAX);
-    let mut tree = Bvh2 { max_depth: DEFAULT_MAX_STACK_DEPTH, ..Bvh2::default() };
-    let aabb = |bounds: &PaddedBox| Aabb::new(bounds.min.into(), bounds.max.into());
-    tree.nodes = nodes.iter().map(|node| Bvh2Node::new(aabb(&node.bounds), node.count, node.first)).collect();
     tree.init_parents_if_uninit();
-    let (share, steps) = affordable(&tree, share);
-    ReinsertionOptimizer::default().run(&mut tree, share, None);
-    let order = core::mem::take(&mut binary.order);
-    let node = |n: &Bvh2Node| BinaryNode {
-        bounds: PaddedBox { min: n.aabb.min.into(), max: n.aabb.max.into() },
-        first: n.first_index,
-        count: n.prim_count,
-    };
-    *binary = Binary::sorted(&tree.nodes.iter().map(node).collect::<Vec<_>>(), order);
+    let (share, steps) = affordable(tree, share);
+    ReinsertionOptimizer::default().run(tree, share, Some(ROUNDS.to_vec()));
     steps
 }
 
@@ -48,13 +34,12 @@ fn affordable(tree: &Bvh2, share: f32) -> (f32, u64) {
     // The candidates are the largest of those that come first, twice as many as are wanted.
     let candidates = ((nodes as f32 * share * 2.0) as usize).clamp(1, nodes) - 1;
     let tried = TRIED.min(candidates / 16);
-    if tried == 0 || share <= 0.0 {
+    if tried == 0 {
         return (share, 0);
     }
     let steps = (0..tried).map(|i| steps(tree, 1 + i * (candidates - 1) / tried)).sum::<u64>();
     let mean = (steps / tried as u64).max(1);
-    // The rounds are of the whole share, a third of it, a fifth, and so on to the 31st part: 2.3 times the share.
-    let searches = |share: f32| (nodes as f32 * share * 2.3) as u64;
+    let searches = |share: f32| (nodes as f32 * share * ROUNDS.iter().sum::<f32>()) as u64;
     let affordable = if mean <= STEPS { share } else { share * STEPS as f32 / mean as f32 };
     (affordable, steps + searches(affordable) * mean)
 }

@@ -17,7 +17,7 @@ use crate::memory::{filled, huge_page_vec};
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 
 /// A block of fewer primitives takes in another one beside it where both fit into one and rays spend less on that.
-const SPARSE: usize = 3;
+const SPARSE: usize = 5;
 
 /// What a lane will hold.
 enum LaneContent {

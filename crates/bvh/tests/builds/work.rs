@@ -43,13 +43,14 @@ fn work_grows_with_the_number() {
 fn builds_can_be_given_up() {
     let family = |wanted: &str| FAMILIES.into_iter().find(|(name, _)| *name == wanted).expect("a family").1;
     let cases = [
-        // Questions counted: one for each subtree of 8192 items and more, one at the end, and one before improving where sizes differ.
-        ("random", random as fn(usize) -> Vec<Item>, BuildQuality::Fast, 8),
-        ("uneven", uneven, BuildQuality::High, 9),
-        ("all in one place", family("all in one place"), BuildQuality::Medium, 8),
+        // Questions counted: three for each piece, two where there are several, one for each pile of 4096 boxes and more, and one at the end.
+        ("random", random as fn(usize) -> Vec<Item>, BuildQuality::Fast, 40_000, 4),
+        ("uneven", uneven, BuildQuality::High, 20_000, 4),
+        ("random in two pieces", random, BuildQuality::Fast, 270_000, 9),
+        ("all in one place", family("all in one place"), BuildQuality::Medium, 40_000, 15),
     ];
-    for (name, items, quality, least) in cases {
-        let items = items(40_000);
+    for (name, items, quality, count, least) in cases {
+        let items = items(count);
         let given_up_after = |most: usize| {
             let asked = AtomicUsize::new(0);
             let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most;
@@ -66,12 +67,12 @@ fn builds_can_be_given_up() {
     }
 }
 
-/// Protects: what is of one size is split from the top alone in every quality, and what is of many sizes is improved too, unless time is short.
+/// Protects: of each quality more is looked at than of the one before.
 #[test]
-fn uneven_scenes_are_improved() {
-    for quality in BuildQuality::ALL {
-        let [even, uneven] = [random(3000), uneven(3000)].map(|items| work(&items, quality).looks as f64);
-        assert_eq!(uneven > 1.2 * even, quality != BuildQuality::Fast, "{quality:?}: {uneven} against {even}");
+fn better_trees_are_worked_on_more() {
+    for items in [random(3000), uneven(3000)] {
+        let looks = BuildQuality::ALL.map(|quality| work(&items, quality).looks);
+        assert!(looks[0] < looks[1] && looks[1] < looks[2], "{looks:?}");
     }
 }
 

@@ -149,9 +149,9 @@ ladders! {
         "float" { Output::Float } "EXR alone: linear radiance as it is"
     /// How long the tree is built for how fast it is walked.
     Build = "build", "medium", Build;
-        "fast" { BuildQuality::Fast } "least build time: split from the top, large sets by samples"
-        "medium" { BuildQuality::Medium } "split from the top, and improved"
-        "high" { BuildQuality::High } "several times the build time: more is improved"
+        "fast" { BuildQuality::Fast } "least build time: clustered, and improved a little"
+        "medium" { BuildQuality::Medium } "clustered, and improved"
+        "high" { BuildQuality::High } "twice the build time: clustered among more neighbours, and all of it improved"
     /// How rays find what they hit.
     Accelerator = "accelerator", "bvh", Tree;
         "linear" { false } "every primitive is tested"

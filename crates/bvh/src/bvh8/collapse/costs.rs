@@ -52,7 +52,10 @@ fn costs(binary: &Binary, node: &BinaryNode, company: LeafKindOf<'_>, below: imp
         return inner(&below(node.first as usize), &below(node.first as usize + 1), area);
     }
     let company = company(binary.order[node.first as usize]);
-    let alike = if company == LeafKind::None { u8::MAX } else { node.count as u8 };
+    leaf(area, company, if company == LeafKind::None { u8::MAX } else { node.count as u8 })
+}
+
+fn leaf(area: f32, company: LeafKind, alike: u8) -> Costs {
     let mut pick = [FEWER; WIDTH];
     pick[0] = AS_LEAF;
     Costs { cost: [area * weight(company, alike); WIDTH], pick, leaves: 1, alike, company }
@@ -69,6 +72,9 @@ pub(super) fn weight(company: LeafKind, count: u8) -> f32 {
 
 fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
     let alike = if l.company == r.company { l.alike.saturating_add(r.alike) } else { u8::MAX };
+    if usize::from(alike) <= l.company.shared() {
+        return leaf(area, l.company, alike);
+    }
     // The least cost of both children in so many lanes, and how many of these the left one gets.
     let mut both = [(f32::INFINITY, 1_u8); WIDTH + 1];
     let leaves = (l.leaves + r.leaves).min(WIDTH as u8);
