@@ -148,6 +148,26 @@ fn coverage_is_beyond_thresholds() {
     }
 }
 
+/// Protects: a linear picture, whose colours are multiplied by its coverage, equals its own display picture, whose colours are not, also where
+/// pixels are partly covered.
+#[test]
+fn partly_covered_pictures_are_their_own_display_pictures() {
+    use raywright::core::display::Display;
+    use raywright::core::picture::Picture;
+    use raywright::io::output::{Metadata, write_exr, write_png};
+    let desk = Desk::new();
+    let mut picture = Picture::new(8, 8);
+    picture.rgb.fill([0.2, 0.1, 0.05]);
+    picture.alpha = Some(vec![0.25; 64]);
+    write_exr(&desk.path("a.exr"), &picture, &Metadata::default()).expect("a picture");
+    write_png(&desk.path("a.png"), &picture, Display::PLAIN, &Metadata::default()).expect("a picture");
+    // Colours are rounded to codes, half a code at most.
+    let flags = ["--max-rmse", "0.002", "--tonemap", "none", "--exposure", "0"];
+    for sides in [["a.exr", "a.png"], ["a.png", "a.exr"]] {
+        desk.run(&[&["compare"], &sides[..], &flags].concat()).exits_with(0);
+    }
+}
+
 /// Protects: an EXR picture of a crop says where it lies in the whole, as OpenEXR's windows do, with its layers, denoised, and from a film
 /// whose parts are joined; it is read back with its place, and crops of other places are not compared.
 #[test]

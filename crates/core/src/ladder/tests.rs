@@ -81,6 +81,16 @@ fn paths_have_a_length_to_choose() {
     assert_eq!([Integrator::Path, Integrator::Whitted].map(reached_by), [true, false]);
 }
 
+/// Protects: the longest rung of paths is no end of them: settings may go beyond it, and its words say so and by which flag.
+#[test]
+fn paths_may_be_longer_than_their_longest_rung() {
+    let longest = Ladder::PathLength.rungs().last().expect("a rung");
+    let depth: u32 = longest.name.parse().expect("a number");
+    let beyond = Settings { max_depth: depth + 1, ..Settings::of(&scene()) };
+    assert_eq!(Ladder::PathLength.in_use(&scene(), &beyond), (depth + 1).to_string());
+    assert!(longest.about.contains("more by --max-depth"), "{}", longest.about);
+}
+
 /// Protects: what is no rung is refused with the nearest word, or with all of them.
 #[test]
 fn mistakes_are_explained() {

@@ -42,3 +42,17 @@ fn of_two_clusters_one_is_named() {
     let scene = scene(&more_near);
     assert_eq!(StorageOrigin::of::<f64>(&scene, &Lookup::new(&scene)).unresolved, None);
 }
+
+/// Protects: an object is as large as it is shown: what its transform enlarges far away is resolved there, and what it makes small is not.
+#[test]
+fn sizes_are_those_of_shown_objects() {
+    let far = |radius: f64, scale: f64| {
+        let mut ball = ball([0.0; 3], radius);
+        ball["transform"] = json!([{ "scale": [scale, scale, scale] }, { "translate": [3e6, 0, 0] }]);
+        ball
+    };
+    let near = [ball([0.0; 3], 1.0), ball([0.0; 3], 0.5)];
+    let unresolved = |far: Value| of(&[near.to_vec(), vec![far]].concat()).unresolved;
+    assert_eq!(unresolved(far(1.0, 1000.0)), None);
+    assert_eq!(unresolved(far(1000.0, 1e-3)), Some(2));
+}

@@ -75,6 +75,21 @@ fn no_error_is_far_below_the_neighbours() {
     assert!((row[0] - (LEAST * 2.0 / 2.0).sqrt()).abs() < 1e-6, "{row:?}");
 }
 
+/// Protects: a channel in which neither a pixel nor its neighbours met light is held against the whole picture also where another channel
+/// has light: of four pixels of steady red, whose last has green 4 in one replicate of four, the first claims the least share of a quarter of
+/// that variance in green, and nothing in red and blue.
+#[test]
+fn channels_are_held_against_the_picture_one_by_one() {
+    let plane = |replicate: usize| {
+        let green = |pixel: usize| if (pixel, replicate) == (3, 2) { 8.0 } else { 0.0 };
+        let sums = (0..4).map(|pixel| [6.0, green(pixel), 0.0]).collect();
+        ReplicateBuffer { sums, samples: vec![2; 4], ..ReplicateBuffer::default() }
+    };
+    let planes: Vec<ReplicateBuffer> = (0..4).map(plane).collect();
+    let [red, green, blue] = ReplicateStats::new(planes.iter(), false).standard_errors(4, 4)[0].map(f64::from);
+    assert!([red, blue] == [0.0; 2] && (green - (0.117_282_f64 / 4.0).sqrt()).abs() < 1e-6, "{red} {green} {blue}");
+}
+
 /// Protects: where light is rare, pixels' errors hold 93 of 100 truths and more, where those of replicates alone hold 27 and 47: of films in which
 /// each sample of 64 has the same small chance to meet light, so that most pixels met none.
 #[test]

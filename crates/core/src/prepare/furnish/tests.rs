@@ -3,7 +3,7 @@ use serde_json::{Value, json};
 use super::*;
 use crate::framing::{Silhouette, View};
 use crate::picture::Picture;
-use crate::scene::Projection;
+use crate::scene::{Integrator, Projection};
 use crate::settings::Sampling;
 use crate::{Scene, prepare};
 
@@ -119,18 +119,22 @@ fn the_ground_catches_shadows_alone() {
     assert_eq!(picture(&bare, &clear(&bare)).rgb, picture(&on_ground, &clear(&on_ground)).rgb);
 }
 
-/// Protects: a prepared scene that is turned to another camera gives the bits of one that was prepared for it, there and back; a camera that
-/// calls for other effects is refused.
+/// Protects: a prepared scene that is turned to another camera gives the bits of one that was prepared for it, there and back, by each
+/// integrator; a camera that calls for other effects is refused.
 #[test]
 fn turning_is_preparing_anew() {
     let scene = scene(0.5, json!({}));
     let all = View::NAMED.map(|(_, view)| settings(&scene, view, 30.0));
-    let mut ready = prepare(&scene, &all[0], &()).expect("a small scene");
-    for settings in all.iter().rev().chain(&all) {
-        let camera = settings.camera.as_ref().expect("a view");
-        assert!(ready.turn_to(&scene, camera));
-        assert_eq!(ready.render(&()).picture, picture(&scene, settings), "{camera:?}");
-    }
+    let [mut ready, _] = [Integrator::Path, Integrator::Whitted].map(|integrator| {
+        let all = all.clone().map(|settings| Settings { integrator, ..settings });
+        let mut ready = prepare(&scene, &all[0], &()).expect("a small scene");
+        for settings in all.iter().rev().chain(&all) {
+            let camera = settings.camera.as_ref().expect("a view");
+            assert!(ready.turn_to(&scene, camera));
+            assert_eq!(ready.render(&()).picture, picture(&scene, settings), "{integrator:?}: {camera:?}");
+        }
+        ready
+    });
     let own = all[0].camera.clone().expect("a view");
     let Projection::Pinhole(pinhole) = own.projection.clone() else { panic!("a pinhole") };
     let lens = Camera { projection: Projection::ThinLens { pinhole, aperture_radius: 0.1, focus_distance: 3.0 }, ..own.clone() };

@@ -221,6 +221,25 @@ fn paths_go_on_by_their_brightness() {
     }
 }
 
+/// Protects: paths that would go on with more than a number holds, or with none, are told, so that their samples are dropped and counted;
+/// not those of which nothing is left, nor those that would lead below the surface.
+#[test]
+fn paths_that_carry_no_number_are_told() {
+    let mut all = Vertices::new();
+    let [flat, tilted] = [Vec3::Y, Vec3::new(0.8, 0.6, 0.0)].map(|normal| met(Vec3::ZERO, normal));
+    for carried in [1.0, f32::INFINITY, f32::NAN, 0.0] {
+        all.push((&path(0, Vec3::splat(carried), [0.5; 4]), &flat), (&matte(Vec3::ONE), 1.0), None);
+    }
+    for turn in [0.0, 0.25, 0.5, 0.75] {
+        all.push((&path(0, Vec3::splat(f32::NAN), [0.5, 0.9, turn, 0.5]), &tilted), (&matte(Vec3::ONE), 1.0), None);
+    }
+    let shaded = all.shade();
+    let above: [bool; 4] = core::array::from_fn(|i| vector::<f32>(&shaded.direction, 4 + i).y > 0.0);
+    assert_eq!(shaded.goes_on, [true, false, false, false, false, false, false, false]);
+    assert_eq!((&shaded.overflows[..4], &shaded.overflows[4..]), (&[false, true, true, false][..], &above[..]));
+    assert!(above.contains(&true) && above.contains(&false), "{above:?}");
+}
+
 /// Protects: a shading normal takes no reflection below the surface that is there, from outside and from within.
 #[test]
 fn nothing_is_reflected_below_the_surface() {
