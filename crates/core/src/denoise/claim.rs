@@ -9,7 +9,8 @@
 //! claim takes the mean of what is relative to both. A quarter of how far it is from the claim by the picture's own colour counts as a standard
 //! error of it, which does not become less in larger pictures.
 //!
-//! What makes the noisy picture's error doubtful makes this one doubtful: light that the samples did not find is in neither.
+//! What makes the noisy picture's error doubtful makes this one doubtful: light that the samples did not find is in neither. Light that is
+//! so rare that what it is relative to is far apart in two ways leaves it in doubt too, even where other pixels vouch for it.
 
 use core::array::from_fn;
 
@@ -19,13 +20,11 @@ use super::mixture::{FLOOR, replicate_statistics};
 use super::plane::PixelPlane;
 use super::{CandidatePixel, Denoised};
 use crate::film::{BRIGHTEST, Doubt, Estimate, FOUR, Film, ReplicateQuad, Uncertainty};
+use crate::metrics::student_95;
 use crate::picture::Picture;
 
 /// Pixels to each side of a block.
 const BLOCK: usize = 8;
-
-/// Standard normal deviate of 95 %.
-const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// A claim says nothing if its standard error is a larger share of the noisy picture's squared error. A share of the claim itself would leave out
 /// those that happen to be low, and of the others more than one in twenty would be too high.
@@ -68,35 +67,46 @@ impl ErrorSums {
         self.sum / self.pixels
     }
 
-    /// Of the mean; none where there are no two blocks.
-    fn standard_error(&self) -> Option<f64> {
+    /// Of the mean, with its degrees of freedom; none where there are no two blocks.
+    ///
+    /// The differences of n blocks, two of each, sum up to squares of mean 4nσ² and variance 40nσ⁴ if blocks are normal, since each shares a
+    /// block with six others: that is (4n)²·2/(40n) = 4n/5 degrees of freedom. As (Σd²)²/Σd⁴ is 2n/3 then, 6/5 of it are taken, which is less
+    /// where few blocks have most of what differs.
+    fn standard_error(&self) -> Option<(f64, f64)> {
         let [columns, rows] = self.whole;
         let at = |x: usize, y: usize| self.blocks[y * self.columns + x] / (BLOCK * BLOCK) as f64;
         let along = (0..rows).flat_map(|y| (1..columns).map(move |x| at(x, y) - at(x - 1, y)));
         let down = (1..rows).flat_map(|y| (0..columns).map(move |x| at(x, y) - at(x, y - 1)));
-        let (sum, count) = along.chain(down).fold((0.0, 0_u64), |(sum, count), apart| (sum + apart * apart, count + 1));
-        (count > 0).then(|| (sum / count as f64 / 2.0 / (columns * rows) as f64).sqrt())
+        let (mut squares, mut fourths, mut count) = (0.0, 0.0, 0_u64);
+        for square in along.chain(down).map(|apart| apart * apart) {
+            (squares, fourths, count) = (squares + square, fourths + square * square, count + 1);
+        }
+        let freedom = if fourths > 0.0 { 1.2 * squares * squares / fourths } else { f64::INFINITY };
+        (count > 0).then(|| ((squares / count as f64 / 2.0 / (columns * rows) as f64).sqrt(), freedom))
     }
 
-    /// What the mean may be wrong by, with something else that it may be off by; nothing where nothing differs.
-    fn unsure(&self, off: f64) -> f64 {
-        let unsure = self.standard_error().map_or(f64::INFINITY, |own| (own * own + off * off).sqrt());
-        if self.square > 0.0 { unsure } else { 0.0 }
+    /// What the mean may be wrong by, with something else that it may be off by; nothing where nothing differs. And Student's factor for it: what
+    /// it is off by is no estimate from blocks, and the more of it there is the more degrees of freedom (Satterthwaite, 1946).
+    fn unsure(&self, off: f64) -> (f64, f64) {
+        let (own, freedom) = self.standard_error().unwrap_or((f64::INFINITY, f64::INFINITY));
+        let unsure = if self.square > 0.0 { (own * own + off * off).sqrt() } else { 0.0 };
+        let of_both = if own > 0.0 && own < unsure { freedom * (unsure / own).powi(4) } else { freedom };
+        (unsure, student_95((of_both as u32).max(1)))
     }
 
-    /// The root of the mean with its interval: below it by the normal deviate, above it by the log-normal one, as far as anything is known.
+    /// The root of the mean with its interval: below it by Student's factor, above it by the log-normal one, as far as anything is known.
     fn estimate(&self, off: f64) -> Estimate {
-        let (mean, unsure) = (self.mean(), self.unsure(off));
+        let (mean, (unsure, factor)) = (self.mean(), self.unsure(off));
         let share = if unsure < SKEWED * mean { unsure / mean } else { SKEWED };
-        let above = if share > 0.0 { libm::expm1(NORMAL * share) / share } else { NORMAL };
+        let above = if share > 0.0 { libm::expm1(factor * share) / share } else { factor };
         let root = |square: f64| square.max(0.0).sqrt();
         let carriers = if self.square > 0.0 { self.sum * self.sum / self.square } else { f64::INFINITY };
-        Estimate { value: root(mean), low: root(mean - NORMAL * unsure), high: root(mean + above * unsure), carriers }
+        Estimate { value: root(mean), low: root(mean - factor * unsure), high: root(mean + above * unsure), carriers }
     }
 
     /// Whether the interval would say nothing of a picture whose squared error was so much before.
     fn is_unknown(&self, off: f64, noise: f64) -> bool {
-        self.square > 0.0 && self.unsure(off) > UNKNOWN * noise
+        self.square > 0.0 && self.unsure(off).0 > UNKNOWN * noise
     }
 }
 
@@ -130,7 +140,9 @@ pub(super) fn estimate(film: &Film, four: &ReplicateQuad<'_>, mut picture: Pictu
     let off = (relative.mean() - by_own.mean()).abs() / 4.0;
     let is_unknown = relative.is_unknown(off, noise / relative.pixels);
     // Light that few samples found is spread by the filter, and what was not found is in no part of the picture: the parts agree on both.
-    let doubt = film.uncertainty().and_then(|noisy| noisy.doubt).or(is_unknown.then_some(Doubt::WideInterval));
+    let (noisy, is_rare) = film.uncertainty_and_rarity().unzip();
+    let rare = is_rare.is_some_and(|is| is).then_some(Doubt::FewPixels);
+    let doubt = noisy.and_then(|noisy| noisy.doubt).or(rare).or(is_unknown.then_some(Doubt::WideInterval));
     let (rmse, root_relmse) = (absolute.estimate(0.0), relative.estimate(off));
     let error = Uncertainty { rmse, root_relmse, replicates: FOUR as u32, doubt };
     let brightened = if before > 0.0 { change / before } else { 0.0 };
@@ -180,7 +192,8 @@ mod tests {
     use super::*;
 
     /// Protects: the standard error is that of blocks as neighbours say it: columns of blocks that are 0 and 1 in turn differ by 1 along rows
-    /// and by 0 down, so that eight blocks of four by two have (6/10)/2/8 for the square. A rim that is no whole block is in the mean alone.
+    /// and by 0 down, so that eight blocks of four by two have (6/10)/2/8 for the square. Six equal squares are 6/5 of six degrees of freedom. A
+    /// rim that is no whole block is in the mean alone. What is no estimate from blocks, as much as theirs, makes four times the degrees.
     #[test]
     fn blocks_say_how_sure_a_mean_is() {
         let mut sums = ErrorSums::new([33, 16]);
@@ -188,7 +201,9 @@ mod tests {
             sums.add(x, y, f64::from(u8::from(x / 8 % 2 == 1)) + f64::from(u8::from(x == 32)) * 33.0);
         }
         assert!((sums.mean() - (256.0 + 16.0 * 33.0) / 528.0).abs() < 1e-12);
-        assert!((sums.standard_error().expect("blocks") - (0.6_f64 / 16.0).sqrt()).abs() < 1e-12);
+        let (error, freedom) = sums.standard_error().expect("blocks");
+        assert!((error - (0.6_f64 / 16.0).sqrt()).abs() < 1e-12 && (freedom - 7.2).abs() < 1e-12);
+        assert_eq!([sums.unsure(0.0).1, sums.unsure(error).1], [7, 28].map(student_95));
         assert_eq!(ErrorSums::new([15, 9]).standard_error(), None);
     }
 
@@ -214,11 +229,12 @@ mod tests {
         let (claim, by_own) = (0.005 * (1.0 / 0.37 + 1.0 / 0.17), 0.01 / 0.26);
         let off = (claim - by_own) / 4.0;
         assert!((found.value.powi(2) - claim).abs() < 1e-6, "{found:?} for {claim}");
-        assert!((found.low.powi(2) - (claim - NORMAL * off)).abs() < 1e-6 && off > 1e-4, "{found:?}, {off}");
+        assert!((found.low.powi(2) - (claim - 1.959_963_984_540_054 * off)).abs() < 1e-6 && off > 1e-4, "{found:?}, {off}");
     }
 
-    /// Protects: an interval reaches up as far as a log-normal error would, down as a normal one, and on from where nothing is known of it
-    /// without a step. The blocks' squared standard error is (6/10)/2/8, for a mean of a half or a fifth of it.
+    /// Protects: an interval reaches up as far as a log-normal error would, down as a normal one, by Student's factor for the seven degrees of
+    /// freedom of eight blocks, and on from where nothing is known of it without a step. Their squared standard error is (6/10)/2/8, for a mean of a
+    /// half or a fifth of it.
     #[test]
     fn intervals_reach_farther_up() {
         let sums = |base: f64, height: f64| {
@@ -228,13 +244,13 @@ mod tests {
             }
             sums
         };
-        let unsure = (0.6_f64 / 16.0).sqrt();
+        let (unsure, factor) = ((0.6_f64 / 16.0).sqrt(), 2.364_624);
         let of = sums(0.5, 1.0).estimate(0.0);
-        assert!((of.low.powi(2) - (1.0 - NORMAL * unsure)).abs() < 1e-12, "{of:?}");
-        assert!((of.high.powi(2) - (NORMAL * unsure).exp()).abs() < 1e-12, "{of:?}");
+        assert!((of.low.powi(2) - (1.0 - factor * unsure)).abs() < 1e-6, "{of:?}");
+        assert!((of.high.powi(2) - (factor * unsure).exp()).abs() < 1e-6, "{of:?}");
         let [near, far] = [1e-6, -1e-6].map(|by| sums(2.0 * unsure - 0.5 + by, 1.0));
         assert!((near.estimate(0.0).high - far.estimate(0.0).high).abs() < 1e-4);
-        assert!(sums(-0.5, 1.0).estimate(0.0).high > NORMAL.sqrt() * unsure.sqrt());
+        assert!(sums(-0.5, 1.0).estimate(0.0).high > (factor * unsure).sqrt());
     }
 
     /// Protects: a pixel's error is told by its surroundings' in radiance or relative to theirs, whichever says less. A lamp of 100 among eight

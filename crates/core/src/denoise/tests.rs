@@ -332,6 +332,19 @@ fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
     }
 }
 
+/// Protects: nothing is claimed of a denoised picture whose light is so rare that others have to vouch for it and what it is relative to is far
+/// apart even then, though the noisy picture's error is known: each pixel was lit in one replicate or in two.
+#[test]
+fn rare_light_that_is_vouched_for_is_not_known_denoised() {
+    use crate::film::Doubt;
+    let film = film_of([48, 32], |pixel, replicate| {
+        let is_lit = replicate == pixel % 4 || (pixel / 4 % 2 == 0 && replicate == (pixel + 1) % 4);
+        grey(if is_lit { 40.0 } else { 0.0 })
+    });
+    let (found, noisy) = (denoised(&film), film.uncertainty().expect("four replicates"));
+    assert_eq!([noisy.doubt, found.error.doubt], [None, Some(Doubt::FewPixels)]);
+}
+
 /// Protects: a picture of less than two blocks, of whose denoised error no interval is known, ends where the noisy one does.
 #[test]
 fn pictures_without_blocks_end() {
