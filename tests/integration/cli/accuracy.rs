@@ -252,19 +252,18 @@ objects = [
 ]
 "#;
 
-/// Protects: a budget that is far too small for everything gives a report all the same, with the scene's own picture and rungs of
-/// the ladder that says most.
+/// Protects: a budget that is too small for everything, on all but the fastest machines, gives a report all the same, with the scene's own
+/// picture and rungs of the ladder that says most. That the time ends it is tested by a clock that can be set.
 #[test]
 fn a_short_budget_is_kept_and_gives_a_report() {
     let desk = Desk::new();
     desk.write("slow.scene.toml", SLOW);
-    // More rounds than any machine has time for.
-    let effort = ["--size", "16x12", "--rounds", "1000", "--budget", "8s", "--threads", "1"];
+    let effort = ["--size", "16x12", "--budget", "8s", "--threads", "1"];
     let run = desk.run(&[&["accuracy", "slow.scene.toml"], &effort[..], &["-o", "a.json", "-q"]].concat());
     run.exits_with(0);
     let report: Value = serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("a report")).expect("JSON");
     let samples = &report["ladders"][0];
-    assert_eq!((&report["cut_short"], &samples["ladder"]), (&Value::Bool(true), &Value::from("samples")));
+    assert_eq!(samples["ladder"], "samples");
     let known = samples["rungs"].as_array().expect("rungs").iter().filter(|rung| !rung["measured"].is_null()).count();
     assert!(known >= 1 && report["own"]["renders"].as_u64() >= Some(1), "{}", run.text());
 }
