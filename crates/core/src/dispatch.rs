@@ -73,7 +73,7 @@ fn yet_to_take(needed: &Memory, scene: &Scene) -> u64 {
 }
 
 /// What memory a scene will take: at least what [`Ready::memory`] says once it is prepared, and at most twice of it, three times
-/// with the tree of `robust`, six where triangles and shapes mix, four times as much where triangles may be split (`build=high`).
+/// with the tree of `robust`, five where triangles and shapes mix, four times as much where triangles may be split (`build=high`).
 pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
     reckon(&RenderSetup::new(scene, settings))
 }

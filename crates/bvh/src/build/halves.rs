@@ -24,8 +24,8 @@ impl Halves<'_> {
             return 0;
         }
         let half = order.len() / 2;
-        // Leaves are full, all but one.
-        let middle = if order.len() > WIDTH { (half + WIDTH / 2) / WIDTH * WIDTH } else { half };
+        // Leaves of one kind are full, all but one.
+        let middle = if self.is_alike && order.len() > WIDTH { (half + WIDTH / 2) / WIDTH * WIDTH } else { half };
         let pair = nodes.len();
         self.part(order, middle);
         nodes.extend([BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 }; 2]);
