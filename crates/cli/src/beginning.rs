@@ -21,6 +21,9 @@ use crate::threads;
 /// Whether a run is at its beginning, which whoever takes this flag away ends.
 static IS_UNDER_WAY: AtomicBool = AtomicBool::new(false);
 
+/// Whether the program was asked to stop. That may come before the beginning does, when nobody takes its flag away.
+static IS_INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
 /// What is loaded, and how much memory it may take, in words: for the message of an allocation that is refused.
 static SUBJECT: Mutex<Option<[String; 2]>> = Mutex::new(None);
 
@@ -45,6 +48,9 @@ impl Beginning {
         set_subject(Some([name.clone(), human_bytes(memory)]));
         limit_heap(Some(memory.saturating_add(OWN_BYTES)));
         IS_UNDER_WAY.store(true, Ordering::SeqCst);
+        if IS_INTERRUPTED.load(Ordering::SeqCst) {
+            interrupt();
+        }
         let beginning = Self(());
         if let Some((start, budget)) = time {
             let deadline = start + budget.max(LEAST_TIME);
@@ -70,6 +76,7 @@ impl Drop for Beginning {
 
 /// Ends the program if the run is at its beginning: for the first Ctrl-C.
 pub fn interrupt() {
+    IS_INTERRUPTED.store(true, Ordering::SeqCst);
     end(Exit::Interrupted, || Failure::new(Exit::Interrupted, NOTHING_KEPT));
 }
 
