@@ -1,6 +1,6 @@
 //! Plain tables for standard output, as wide as its terminal, and numbers short enough for them.
 
-pub use raywright_io::report::{Align, Row, Table, wrapped};
+pub use raywright_io::report::{Align, Table, TableRow, wrapped};
 
 use crate::console;
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::bench::Spread;
 use crate::bench::clock::Stopwatch;
 use crate::display::{Display, Output};
-use crate::ladder::{Choice, Ladder, Value};
+use crate::ladder::{Choice, Ladder, RungValue};
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};
 use crate::picture::Picture;
 
@@ -42,7 +42,7 @@ pub(super) fn outputs(picture: &Picture, display: Display, in_use: Output, stopw
     let saturated = shown.rgb.iter().filter(|rgb| rgb.iter().any(|&v| v >= 1.0)).count();
     let share = saturated as f64 / shown.rgb.len().max(1) as f64;
     let report = |choice: Choice| {
-        let Value::Output(kind) = choice.value() else { return None };
+        let RungValue::Output(kind) = choice.value() else { return None };
         let bare = OutputReport {
             rung: choice.rung(),
             about: choice.about(),

@@ -26,7 +26,7 @@ enum How {
 struct Reading(How, &'static str);
 
 /// What is known of an effect.
-struct Row {
+struct EffectRow {
     effect: Effect,
     /// Path of what calls for it, where paths are followed or not.
     source: fn(&SceneFacts, bool) -> Option<&String>,
@@ -64,7 +64,7 @@ const SAMPLES: &str = "--spp 64, say";
 macro_rules! rows {
     ($($(#[$doc:meta])* $variant:ident = $name:literal, $role:ident, $source:expr, $readings:expr;)*) => {
         /// All effects, in the order of [`Effect::ALL`].
-        const ROWS: &[Row] = &[$(Row { effect: Effect::$variant, source: $source, readings: $readings }),*];
+        const ROWS: &[EffectRow] = &[$(EffectRow { effect: Effect::$variant, source: $source, readings: $readings }),*];
     };
 }
 effects!(rows);
@@ -72,7 +72,7 @@ effects!(rows);
 /// The integrator that a scene calls for. One that says nothing has Whitted's, whose pictures take no chance and so no more samples than
 /// edges need, where it leaves nothing out that paths find: of classic materials. Physical ones light each other.
 pub(super) fn called_for(facts: &SceneFacts) -> Integrator {
-    let needs_paths = |row: &Row| matches!(row.readings[0].0, Lacks(_, PATH)) && (row.source)(facts, false).is_some();
+    let needs_paths = |row: &EffectRow| matches!(row.readings[0].0, Lacks(_, PATH)) && (row.source)(facts, false).is_some();
     if ROWS.iter().any(needs_paths) { Integrator::Path } else { Integrator::Whitted }
 }
 
@@ -81,7 +81,7 @@ pub(super) fn found(facts: &SceneFacts, settings: &Settings, paths: bool) -> Vec
     ROWS.iter().map(|row| row.found(facts, settings, paths)).collect()
 }
 
-impl Row {
+impl EffectRow {
     fn found(&self, facts: &SceneFacts, settings: &Settings, paths: bool) -> Finding {
         let (source, Reading(how, absent)) = ((self.source)(facts, paths).cloned(), &self.readings[usize::from(paths)]);
         let how = if let Depends(on) = how { on(facts, settings) } else { *how };

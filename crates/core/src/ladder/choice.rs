@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{Ladder, Rung, Value};
+use super::{Ladder, Rung, RungValue};
 use crate::effects::{Effect, EffectSet};
 use crate::material::FresnelRule;
 use crate::scene::Scene;
@@ -52,7 +52,7 @@ impl Choice {
     }
 
     /// What the rung sets.
-    pub fn value(&self) -> Value {
+    pub fn value(&self) -> RungValue {
         self.rung.value
     }
 
@@ -60,15 +60,15 @@ impl Choice {
     /// penumbras to lose, and without lights of none nothing that passes everything.
     pub fn differs(&self, present: EffectSet) -> bool {
         match self.value() {
-            Value::Shadows(Some(AreaShadows::Hard)) => present.has(Effect::SoftShadows),
-            Value::Shadows(None) => present.has(Effect::Shadows),
+            RungValue::Shadows(Some(AreaShadows::Hard)) => present.has(Effect::SoftShadows),
+            RungValue::Shadows(None) => present.has(Effect::Shadows),
             _ => true,
         }
     }
 
     /// Whether it can be what the others of its ladder are compared with: what makes light can't.
     pub fn can_be_reference(&self) -> bool {
-        self.value() != Value::Fresnel(FresnelRule::Model)
+        self.value() != RungValue::Fresnel(FresnelRule::Model)
     }
 
     /// Puts scene and settings on the rung.

@@ -16,7 +16,7 @@ use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
 pub use choice::{Choice, UnknownRung};
 pub use rungs::Ladder;
-pub use value::Value;
+pub use value::RungValue;
 
 /// One rung of a ladder.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -27,7 +27,7 @@ pub struct Rung {
     pub about: &'static str,
     /// What it sets.
     #[serde(skip)]
-    pub value: Value,
+    pub value: RungValue,
 }
 
 impl Ladder {
@@ -88,7 +88,7 @@ impl Ladder {
 
     /// Name of the rung in use; a number of samples or segments need not be that of a rung.
     pub fn in_use(self, scene: &Scene, settings: &Settings) -> String {
-        let Some(value) = Value::in_use(self, scene, settings) else {
+        let Some(value) = RungValue::in_use(self, scene, settings) else {
             return if self == Self::Build { "none" } else { "mixed" }.to_owned();
         };
         let rung = self.rungs().iter().find(|rung| rung.value == value);
@@ -98,13 +98,13 @@ impl Ladder {
 
 /// How trees are built, by the name of a rung of [`Ladder::Build`]; none where it has no such rung.
 pub fn build_quality(rung: &str) -> Option<BuildQuality> {
-    let Value::Build(quality) = Ladder::Build.rung(rung)?.value else { return None };
+    let RungValue::Build(quality) = Ladder::Build.rung(rung)?.value else { return None };
     Some(quality)
 }
 
 /// The rung of [`Ladder::Build`] that builds trees so.
 pub fn build_rung(quality: BuildQuality) -> &'static str {
-    Ladder::Build.rungs().iter().find(|rung| rung.value == Value::Build(quality)).map_or("", |rung| rung.name)
+    Ladder::Build.rungs().iter().find(|rung| rung.value == RungValue::Build(quality)).map_or("", |rung| rung.name)
 }
 
 /// A ladder as one render stands on it.

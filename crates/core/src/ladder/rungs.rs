@@ -3,7 +3,7 @@
 
 use raywright_bvh::BuildQuality;
 
-use super::{Rung, Value};
+use super::{Rung, RungValue};
 use crate::display::Output;
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
@@ -41,7 +41,7 @@ macro_rules! ladders {
             /// Its rungs, from fast to exact; where no picture depends on them, from the least preparation to the most.
             pub const fn rungs(self) -> &'static [Rung] {
                 match self {
-                    $(Self::$kind => &[$(Rung { name: $rung, about: $about, value: Value::$value($sets) }),*],)*
+                    $(Self::$kind => &[$(Rung { name: $rung, about: $about, value: RungValue::$value($sets) }),*],)*
                 }
             }
         }

@@ -19,7 +19,7 @@ pub(super) const OFFSET: ConstantOffset =
 /// What a rung means, each kind of one ladder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the ladders say what they are")]
-pub enum Value {
+pub enum RungValue {
     Integrator(Integrator),
     Precision(PrecisionChoice),
     /// Whether rays start at a constant distance from where they leave.
@@ -47,7 +47,7 @@ pub enum Value {
     Tree(bool),
 }
 
-impl Value {
+impl RungValue {
     /// What a ladder is set to; none where textures differ, or a tree is asked for and there is none.
     pub(super) fn in_use(ladder: Ladder, scene: &Scene, settings: &Settings) -> Option<Self> {
         Some(match ladder {

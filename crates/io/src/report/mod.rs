@@ -9,4 +9,4 @@ mod tables;
 
 pub use page::{Page, accuracy_plot};
 pub use plot::{Axis, Colour, Line, Mark, Plot, Point};
-pub use table::{Align, Row, Table, wrapped};
+pub use table::{Align, Table, TableRow, wrapped};

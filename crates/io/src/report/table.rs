@@ -14,7 +14,7 @@ pub enum Align {
 
 /// A row of a table. One with fewer cells than there are columns has its last one over those that are left.
 #[derive(Clone, Debug, Default)]
-pub struct Row {
+pub struct TableRow {
     /// Its cells; one between back quotes is to be typed as it is.
     pub cells: Vec<String>,
     /// What a page shows it as; empty: as any other.
@@ -23,14 +23,14 @@ pub struct Row {
     pub about: String,
 }
 
-impl Row {
+impl TableRow {
     /// A row of a kind.
     pub fn of_class(class: &'static str, cells: impl IntoIterator<Item = String>) -> Self {
         Self { class, ..Self::from_iter(cells) }
     }
 }
 
-impl FromIterator<String> for Row {
+impl FromIterator<String> for TableRow {
     fn from_iter<I: IntoIterator<Item = String>>(cells: I) -> Self {
         Self { cells: cells.into_iter().collect(), ..Self::default() }
     }
@@ -42,12 +42,12 @@ pub struct Table {
     /// How the cells of each column lie.
     pub columns: Vec<Align>,
     /// The first one names the columns, where they have names.
-    pub rows: Vec<Row>,
+    pub rows: Vec<TableRow>,
 }
 
 impl Table {
     /// A table of names of columns and rows below them.
-    pub fn new<const N: usize>(columns: [Align; N], names: [&str; N], rows: impl IntoIterator<Item = Row>) -> Self {
+    pub fn new<const N: usize>(columns: [Align; N], names: [&str; N], rows: impl IntoIterator<Item = TableRow>) -> Self {
         let names = names.map(str::to_owned).into_iter().collect();
         Self { columns: columns.to_vec(), rows: [names].into_iter().chain(rows).collect() }
     }
@@ -58,7 +58,7 @@ impl Table {
     /// Where it is too wide, text in its last column is broken, or the columns that have no room follow in a table of their own, after the
     /// first one once more.
     pub fn text(&self, room: Option<usize>) -> String {
-        let one_line = |row: &Row| -> Vec<String> { row.cells.iter().map(|cell| on_one_line(cell)).collect() };
+        let one_line = |row: &TableRow| -> Vec<String> { row.cells.iter().map(|cell| on_one_line(cell)).collect() };
         let rows: Vec<Vec<String>> = self.rows.iter().map(one_line).collect();
         let columns = &self.columns;
         let width = |column: usize| rows.iter().filter_map(|row| Some(row.get(column)?.chars().count())).max().unwrap_or(0);
@@ -110,7 +110,7 @@ impl Table {
         format!("<div class=\"wide\"><table><thead><tr>{names}</tr></thead><tbody>\n{rows}</tbody></table></div>\n")
     }
 
-    fn html_row(&self, row: &Row) -> String {
+    fn html_row(&self, row: &TableRow) -> String {
         let (count, columns) = (row.cells.len(), self.columns.len());
         let cell = |(i, cell): (usize, &String)| {
             let about = if i == 0 && !row.about.is_empty() { attribute("title", &row.about) } else { String::new() };
@@ -215,8 +215,8 @@ mod tests {
         assert_eq!(table.csv(), "rung,x,flags\na<b,1,`--spp 4`\n");
         assert_eq!(table.markdown(), "| rung | x | flags |\n| :-- | --: | :-- |\n| a<b | 1 | `--spp 4` |\n");
         table.rows[1].about = "\"what\"".to_owned();
-        table.rows.push(Row::of_class("ladder", ["all".to_owned()]));
-        table.rows.push(Row::of_class("own", ["c".to_owned(), "no time".to_owned()]));
+        table.rows.push(TableRow::of_class("ladder", ["all".to_owned()]));
+        table.rows.push(TableRow::of_class("own", ["c".to_owned(), "no time".to_owned()]));
         let rows = "<tr><td title=\"&quot;what&quot;\">a&lt;b</td><td>1</td><td class=\"text\"><code>--spp 4</code></td></tr>\n\
             <tr class=\"ladder\"><td colspan=\"3\">all</td></tr>\n\
             <tr class=\"own\"><td>c</td><td colspan=\"2\" class=\"text\">no time</td></tr>\n";

@@ -8,7 +8,7 @@ use raywright_core::effects::Status;
 
 use super::page::{Page, number};
 use super::plot::escaped;
-use super::table::{Align, Row, Table};
+use super::table::{Align, Table, TableRow};
 use crate::limits::human_bytes;
 
 fn interval(of: Interval, f: fn(f64) -> f64) -> String {
@@ -21,13 +21,13 @@ fn own(in_use: bool) -> &'static str {
 }
 
 /// The heading of a ladder's rungs.
-fn heading(ladder: &str) -> Row {
-    Row::of_class("ladder", [ladder.to_owned()])
+fn heading(ladder: &str) -> TableRow {
+    TableRow::of_class("ladder", [ladder.to_owned()])
 }
 
 /// A rung with what a page says of it, and what is to be told in its row.
-fn rung(name: &str, about: &str, in_use: bool, cells: impl IntoIterator<Item = String>) -> Row {
-    Row { about: about.to_owned(), ..Row::of_class(own(in_use), [name.to_owned()].into_iter().chain(cells)) }
+fn rung(name: &str, about: &str, in_use: bool, cells: impl IntoIterator<Item = String>) -> TableRow {
+    TableRow { about: about.to_owned(), ..TableRow::of_class(own(in_use), [name.to_owned()].into_iter().chain(cells)) }
 }
 
 impl Page<'_> {
@@ -39,7 +39,7 @@ impl Page<'_> {
         let named = (1..).zip(self.report.frontier.iter().zip(self.flags));
         let rows = named.map(|(i, (candidate, flags))| {
             let cells = [format!("({i})"), format!("`{flags}`")].into_iter().chain(self.cells(&candidate.measured, None));
-            Row::of_class(own(candidate.flags.is_empty()), cells)
+            TableRow::of_class(own(candidate.flags.is_empty()), cells)
         });
         let mut columns = [Align::Right; 10];
         columns[1] = Align::Left;
@@ -56,12 +56,12 @@ impl Page<'_> {
 
     pub(super) fn rungs(&self) -> String {
         let named = |name: String, of: &Measured| [name].into_iter().chain(self.cells(of, None));
-        let mut rows = vec![Row::of_class("own", named("as it is".to_owned(), &self.report.own))];
+        let mut rows = vec![TableRow::of_class("own", named("as it is".to_owned(), &self.report.own))];
         let (samples, others): (Vec<_>, Vec<_>) = self.report.ladders.iter().partition(|ladder| ladder.ladder == "samples");
         rows.extend(samples.into_iter().flat_map(|ladder| self.rows_of(ladder)));
         let base = self.report.base.as_ref();
         rows.extend(
-            base.map(|base| Row::of_class("ladder", named(format!("all below: {} samples", base.samples), &base.measured))),
+            base.map(|base| TableRow::of_class("ladder", named(format!("all below: {} samples", base.samples), &base.measured))),
         );
         rows.extend(others.into_iter().flat_map(|ladder| self.rows_of(ladder)));
         let mut in_vain = String::new();
@@ -109,7 +109,7 @@ impl Page<'_> {
     }
 
     /// A ladder with the rungs that have something to say: measured, and not slower and worse than the one in use.
-    fn rows_of(&self, ladder: &LadderReport) -> Vec<Row> {
+    fn rows_of(&self, ladder: &LadderReport) -> Vec<TableRow> {
         let shown: Vec<&RungReport> = ladder.rungs.iter().filter(|rung| !ladder.beats(rung) && rung.measured.is_some()).collect();
         if shown.iter().all(|rung| rung.in_use) {
             return Vec::new();

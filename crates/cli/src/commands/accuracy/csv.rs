@@ -4,7 +4,7 @@
 use raywright_core::accuracy::{EffectCost, Measured, OutputReport, Price, Report};
 use raywright_core::bench::Spread;
 
-use crate::table::{Align, Row, Table};
+use crate::table::{Align, Table, TableRow};
 
 /// Names of the columns.
 const COLUMNS: [&str; 27] = [
@@ -122,5 +122,5 @@ pub fn csv(report: &Report) -> String {
         let line = Line::new("frontier", "", candidate.flags.is_empty()).with("flags", candidate.flags.join(" "));
         line.measured(&candidate.measured)
     }));
-    Table::new([Align::Left; COLUMNS.len()], COLUMNS, lines.into_iter().map(|line| Row::from_iter(line.0))).csv()
+    Table::new([Align::Left; COLUMNS.len()], COLUMNS, lines.into_iter().map(|line| TableRow::from_iter(line.0))).csv()
 }

@@ -10,7 +10,7 @@ use std::io::{self, IsTerminal};
 use raywright_core::denoise::FEWEST_SAMPLES;
 use raywright_core::display::Output;
 use raywright_core::film::Uncertainty;
-use raywright_core::ladder::Value;
+use raywright_core::ladder::RungValue;
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered};
 use raywright_io::output::{Format, Metadata, pixel_hash};
@@ -123,7 +123,7 @@ fn refuse_layers_without_place(task: &Task, targets: &[Target]) -> Result<(), Fa
 
 /// Whether pictures are to keep linear numbers alone.
 fn wants_floats(task: &Task) -> bool {
-    task.choices.rungs.iter().any(|choice| choice.value() == Value::Output(Output::Float))
+    task.choices.rungs.iter().any(|choice| choice.value() == RungValue::Output(Output::Float))
 }
 
 /// A PNG holds codes.

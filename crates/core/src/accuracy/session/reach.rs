@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::super::renderer::Unfinished;
 use super::super::setting::Setting;
 use super::{BASE_SAMPLES, HALVES, REACH, REFERENCE, RUNGS, Session};
-use crate::ladder::{Choice, Ladder, Value};
+use crate::ladder::{Choice, Ladder, RungValue};
 use crate::prepare::PrepareError;
 use crate::settings::{Sampling, Settings};
 
@@ -89,6 +89,6 @@ impl Session<'_> {
 
 /// Samples of a rung of that ladder.
 pub(super) fn samples_of(choice: Choice) -> Option<f64> {
-    let Value::Samples(samples) = choice.value() else { return None };
+    let RungValue::Samples(samples) = choice.value() else { return None };
     Some(f64::from(samples))
 }
