@@ -9,6 +9,7 @@ use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
 use obvhs::ploc::{PlocBuilder, SortPrecision};
 use rayon::prelude::*;
 
+use super::curve::cell_extent;
 use super::piles::piled;
 use super::reinsertion::reinsert;
 use super::{BuildQuality, Stop};
@@ -113,7 +114,8 @@ impl<'a> Clustering<'a> {
         }
         let around = leaves.iter().fold(Aabb::INVALID, |all, leaf| all.union(leaf.aabb()));
         // The code of a centre at the very end would be that of one at the beginning.
-        let around = Aabb::new(around.min, around.max + around.diagonal() * 1e-6 + Vec3A::splat(f32::MIN_POSITIVE));
+        let extent = cell_extent(around.diagonal().as_dvec3()).as_vec3a() * (1.0 + 1e-6) + Vec3A::splat(f32::MIN_POSITIVE);
+        let around = Aabb::new(around.min, around.min + extent);
         let mut builder = PlocBuilder::new();
         let mut tree = Bvh2::default();
         builder.current_nodes = leaves;

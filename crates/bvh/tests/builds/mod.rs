@@ -5,4 +5,5 @@ mod answers;
 mod families;
 mod rooms;
 mod silhouettes;
+mod terrains;
 mod work;
