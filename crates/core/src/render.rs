@@ -15,7 +15,7 @@ use self::first_hits::FirstHitSums;
 use self::queue::{Next, Queue};
 use crate::counters::Counters;
 use crate::denoise::{DenoiseError, Denoised, denoise};
-use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, ReplicateBuffer, Single, Sums, TileUpdate, parts};
+use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, ReplicateBuffer, Sums, TileUpdate, parts};
 use crate::filter::Draws;
 use crate::integrator::{FirstHit, LightTransport, PACKET};
 use crate::observer::Observer;
@@ -23,7 +23,7 @@ use crate::picture::Picture;
 use crate::prepare::Prepared;
 use crate::sampler::{Address, Purpose, Sequence, fours, pair};
 use crate::scene::Pattern;
-use crate::settings::{Accumulation, Aov, Crop, Sampling, Settings};
+use crate::settings::{Aov, Crop, Sampling, Settings};
 
 /// A picture with what it took.
 #[derive(Clone, Debug)]
@@ -131,7 +131,6 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
     /// None where the observer stopped it halfway.
     fn run(&self, start: &ReplicateBuffer, tracer: &mut T) -> Option<TileUpdate> {
         match self.plan.random {
-            true if self.settings.accumulation == Accumulation::Single => self.gather::<Single>(start, tracer),
             true => self.gather::<Moments>(start, tracer),
             false => self.gather::<Plain<R>>(start, tracer),
         }

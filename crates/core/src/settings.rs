@@ -12,7 +12,7 @@ use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{Camera, Integrator, Pattern, Scene};
 pub use check::SettingsError;
-pub use rungs::{Accumulation, AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
+pub use rungs::{AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
 
 /// Replicates that so many samples of the general sampler are divided into, where nothing else is asked for: as few as the
 /// estimate of the error allows, because each is less even than all samples together would be.
@@ -170,8 +170,6 @@ pub struct Settings {
     pub roulette: Roulette,
     /// Where random numbers come from.
     pub sampler: SamplerKind,
-    /// What samples are added up in.
-    pub accumulation: Accumulation,
     /// What files keep of the picture, which does not depend on it.
     pub output: Output,
     /// Seed of the general sampler.
@@ -233,7 +231,6 @@ impl Settings {
             area_shadows: AreaShadows::default(),
             roulette: Roulette::default(),
             sampler: SamplerKind::default(),
-            accumulation: Accumulation::default(),
             output: Output::default(),
             seed: scene.render.seed,
             frame: 0,

@@ -34,7 +34,6 @@ impl Identity {
             area_shadows,
             roulette,
             sampler,
-            accumulation,
             seed,
             frame,
             precision,
@@ -50,7 +49,7 @@ impl Identity {
             output: _,
             max_memory: _,
         } = settings;
-        let settings: [(&str, &dyn Debug); 21] = [
+        let settings: [(&str, &dyn Debug); 20] = [
             ("size", size),
             ("camera", camera),
             ("pattern of samples", &sampling.pattern()),
@@ -64,7 +63,6 @@ impl Identity {
             ("shadows of lamps", area_shadows),
             ("Russian roulette", roulette),
             ("sampler", sampler),
-            ("accumulation", accumulation),
             ("seed", seed),
             ("frame", frame),
             ("maximum error", max_error),

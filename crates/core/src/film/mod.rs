@@ -39,7 +39,7 @@ pub(crate) use plan::Plan;
 pub(crate) use plane::{Rect, ReplicateBuffer};
 pub use record::{FilmHeader, HeaderError, Numbers};
 pub(crate) use replicate_quad::{BRIGHTEST, FOUR, QuadError, ReplicateQuad};
-pub(crate) use sums::{Block, Gather, Moments, Plain, Single, Sums, parts};
+pub(crate) use sums::{Block, Gather, Moments, Plain, Sums, parts};
 pub use uncertainty::{Doubt, Estimate, Uncertainty};
 
 use core::ops::{Range, RangeInclusive};

@@ -4,7 +4,7 @@
 
 use core::marker::PhantomData;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
 /// Samples of a block.
@@ -58,18 +58,12 @@ pub(crate) struct Gather<R: Real, B: Block<R>> {
 
 /// What becomes of the samples of a block.
 pub(crate) trait Block<R: Real>: Default {
-    /// Goes on with a block that has the sum `open`, beside full ones of the sum `full`.
-    fn resume(&mut self, full: &mut [f64; 3], open: [f64; 3]);
+    /// Goes on with a block that has the sum `open`.
+    fn resume(&mut self, open: [f64; 3]);
     /// Takes a finite sample.
     fn put(&mut self, radiance: R::Vec3);
     /// The sum of a block that is not full; the next one starts.
     fn take(&mut self) -> [f64; 3];
-    /// Adds the sum of a full block; the next one starts.
-    #[inline(always)]
-    fn fold(&mut self, full: &mut [f64; 3]) {
-        let block = self.take();
-        *full = core::array::from_fn(|i| full[i] + block[i]);
-    }
     /// Ends a pixel, with the root of the sum of squared deviations where that is kept.
     fn spread(&mut self) -> [f32; 3];
 }
@@ -80,7 +74,7 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
     pub fn resume(&mut self, sums: Sums, drawn: u32) {
         self.in_block = drawn as usize % BLOCK;
         self.sums = Sums { open: [0.0; 3], spread: [0.0; 3], ..sums };
-        self.block.resume(&mut self.sums.sum, sums.open);
+        self.block.resume(sums.open);
     }
 
     /// Adds a sample and what of it is covered, in parts of [`WHOLE`]. One that is not finite is dropped: false.
@@ -95,7 +89,8 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
         }
         self.in_block += 1;
         if self.in_block == BLOCK {
-            self.block.fold(&mut self.sums.sum);
+            let block = self.block.take();
+            self.sums.sum = core::array::from_fn(|i| self.sums.sum[i] + block[i]);
             self.in_block = 0;
         }
         finite
@@ -117,7 +112,7 @@ pub(crate) struct Plain<R: Real>(R::Vec3);
 impl<R: Real> Block<R> for Plain<R> {
     /// A sum of such samples is one of their scalar, so it comes back as it was.
     #[inline(always)]
-    fn resume(&mut self, _: &mut [f64; 3], sum: [f64; 3]) {
+    fn resume(&mut self, sum: [f64; 3]) {
         self.0 = R::Vec3::from_f64(DVec3::from_array(sum));
     }
 
@@ -156,7 +151,7 @@ pub(crate) struct Moments {
 
 impl<R: Real> Block<R> for Moments {
     #[inline(always)]
-    fn resume(&mut self, _: &mut [f64; 3], sum: [f64; 3]) {
+    fn resume(&mut self, sum: [f64; 3]) {
         self.block = DVec3::from_array(sum);
     }
 
@@ -182,38 +177,5 @@ impl<R: Real> Block<R> for Moments {
         let Self { entered, deviation, square, .. } = core::mem::take(self);
         let sum = square - deviation * deviation / f64::from(entered.max(1));
         sum.to_array().map(|s| s.max(0.0).sqrt() as f32)
-    }
-}
-
-/// One f32 for each channel, to which each sample is added: what a film of half the memory would hold. From a few thousand samples on each
-/// is rounded to the steps of a sum that is far larger than it. A rung below the others, to show that; spreads are those of [`Moments`].
-#[derive(Default)]
-pub(crate) struct Single {
-    sum: Vec3,
-    moments: Moments,
-}
-
-impl<R: Real> Block<R> for Single {
-    /// There is one sum, whatever the block, and what is kept of it is a number of f32.
-    #[inline(always)]
-    fn resume(&mut self, full: &mut [f64; 3], open: [f64; 3]) {
-        self.sum = (DVec3::from_array(core::mem::take(full)) + DVec3::from_array(open)).as_vec3();
-    }
-
-    #[inline(always)]
-    fn put(&mut self, radiance: R::Vec3) {
-        self.sum += radiance.to_f64().as_vec3();
-        <Moments as Block<R>>::put(&mut self.moments, radiance);
-    }
-
-    fn take(&mut self) -> [f64; 3] {
-        core::mem::take(&mut self.sum).as_dvec3().to_array()
-    }
-
-    #[inline(always)]
-    fn fold(&mut self, _: &mut [f64; 3]) {}
-
-    fn spread(&mut self) -> [f32; 3] {
-        <Moments as Block<R>>::spread(&mut self.moments)
     }
 }

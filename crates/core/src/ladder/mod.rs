@@ -144,7 +144,7 @@ pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> im
         Ladder::PathLength => paths || called_for(ladder),
         Ladder::PixelFilter => !is_fixed,
         Ladder::Roulette | Ladder::Clamp => paths,
-        Ladder::Sampler | Ladder::Accumulation => by_chance,
+        Ladder::Sampler => by_chance,
         Ladder::Reconstruction => by_chance && can_be_denoised,
         _ => called_for(ladder),
     })

@@ -8,7 +8,7 @@ use crate::display::Output;
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{Filter, Integrator};
-use crate::settings::{Accumulation, AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
+use crate::settings::{AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
 
 /// Makes the ladders of a table of `KIND = NAME, DEFAULT, VALUE;` with rows `RUNG { WHAT IT SETS } ABOUT`.
 macro_rules! ladders {
@@ -133,10 +133,6 @@ ladders! {
         "independent" { SamplerKind::Independent } "each number by itself: noise falls with the root of the samples"
         "stratified" { SamplerKind::Stratified } "sixteen at a time on a jittered grid: less noise where pictures are smooth"
         "sobol" { SamplerKind::Sobol } "scrambled Sobol points: least noise, four dimensions even together"
-    /// What samples are added up in.
-    Accumulation = "accumulation", "f64", Accumulation;
-        "f32" { Accumulation::Single } "each sample is added to an f32: rounded to the steps of the sum so far"
-        "f64" { Accumulation::Double } "sums keep every digit of their samples"
     /// Whether noise is filtered out of the picture.
     Reconstruction = "reconstruction", "unbiased", Denoised;
         "denoised" { true } "biased: noise is filtered out, and with it some of what is fine or faint; its own error is told"

@@ -8,9 +8,7 @@ use crate::effects::{Effect, EffectSet, chosen};
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{ConstantOffset, Filter, Integrator, OffsetDirection, Scene, SpawnRule};
-use crate::settings::{
-    Accumulation, AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind, Sampling, Settings,
-};
+use crate::settings::{AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind, Sampling, Settings};
 
 /// The constant offset of scenes that name none, in metres.
 pub(super) const OFFSET: ConstantOffset =
@@ -39,7 +37,6 @@ pub enum RungValue {
     PixelFilter(PixelFilter),
     Samples(u32),
     Sampler(SamplerKind),
-    Accumulation(Accumulation),
     Denoised(bool),
     Output(Output),
     Build(BuildQuality),
@@ -70,7 +67,6 @@ impl RungValue {
             Ladder::PixelFilter => Self::PixelFilter(settings.filter),
             Ladder::Samples => Self::Samples(settings.sampling.count()),
             Ladder::Sampler => Self::Sampler(settings.sampler),
-            Ladder::Accumulation => Self::Accumulation(settings.accumulation),
             Ladder::Reconstruction => Self::Denoised(settings.denoise),
             Ladder::Output => Self::Output(settings.output),
             Ladder::Build => match settings.accelerator {
@@ -105,7 +101,6 @@ impl RungValue {
             Self::PixelFilter(value) => settings.filter = value,
             Self::Samples(value) => settings.sampling = Sampling::resolve(scene, Some(value)),
             Self::Sampler(value) => settings.sampler = value,
-            Self::Accumulation(value) => settings.accumulation = value,
             Self::Denoised(value) => settings.denoise = value,
             Self::Output(value) => settings.output = value,
             Self::Build(value) => settings.accelerator = AcceleratorKind::Tree(value),

@@ -58,16 +58,6 @@ pub enum Roulette {
     Off,
 }
 
-/// What a picture's samples are added up in, where they are random.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Accumulation {
-    /// One f32 after the other: each sum is rounded to 24 bits.
-    Single,
-    /// f64.
-    #[default]
-    Double,
-}
-
 /// Which part of a lamp with a size has to be seen for its light to arrive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AreaShadows {

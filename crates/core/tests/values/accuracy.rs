@@ -109,7 +109,6 @@ fn the_frontier_ends_without_error() {
             "clamp",
             "pixel-filter",
             "sampler",
-            "accumulation",
             "reconstruction"
         ]
     );

@@ -195,8 +195,7 @@ fn ladders_are_told_where_they_matter() {
         let settings = Settings { max_depth, ..Settings::of(&scene) };
         standings(&scene, &settings, &detect(&scene, &settings)).iter().map(|standing| standing.ladder).collect()
     };
-    let always =
-        ["precision", "pixel-filter", "samples", "sampler", "accumulation", "reconstruction", "output", "build", "accelerator"];
+    let always = ["precision", "pixel-filter", "samples", "sampler", "reconstruction", "output", "build", "accelerator"];
     assert_eq!(told(classic(json!({})), 8), always);
     let mirror = || classic(json!({ "reflection": { "weight": 1 } }));
     let further = [&["precision", "ray-offset", "path-length"], &always[1..]].concat();

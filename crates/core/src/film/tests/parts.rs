@@ -16,8 +16,7 @@ use crate::material::FresnelRule;
 use crate::picture::Picture;
 use crate::scene::{Integrator, Pattern};
 use crate::settings::{
-    Accumulation, AreaShadows, Background, Crop, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind, Sampling,
-    Settings,
+    AreaShadows, Background, Crop, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind, Sampling, Settings,
 };
 use crate::{Observer, Ready};
 
@@ -174,7 +173,6 @@ fn what_does_not_belong_together_is_refused() {
     assert_eq!(foreign(other(|s| s.area_shadows = AreaShadows::Hard)), "shadows of lamps");
     assert_eq!(foreign(other(|s| s.roulette = Roulette::Off)), "Russian roulette");
     assert_eq!(foreign(other(|s| s.sampler = SamplerKind::Independent)), "sampler");
-    assert_eq!(foreign(other(|s| s.accumulation = Accumulation::Single)), "accumulation");
     assert_eq!(foreign(other(|s| s.without = [Effect::Shadows].into_iter().collect())), "list of effects switched off");
     assert_eq!(foreign(other(|s| s.sampling = Sampling::Pattern(Pattern::Corners))), "pattern of samples");
     assert_eq!(foreign(own.film("another scene")), "scene");
