@@ -28,7 +28,7 @@ use raywright::io::Limits;
 use raywright::io::output::{KeptFilm, Metadata, read_film, write_film};
 
 /// What pictures are asked for that get as many samples as it takes: errors for which sixteen samples, the least there is, do not suffice.
-const ASKED: [(&str, f64); 8] = [
+const ASKED: [(&str, f64); 15] = [
     ("cornell", 0.08),
     ("glossy-box", 0.12),
     ("many-lights", 0.5),
@@ -37,6 +37,13 @@ const ASKED: [(&str, f64); 8] = [
     ("layers", 0.12),
     ("depth-of-field", 0.15),
     ("caustic", 0.15),
+    ("many-lamps", 0.3),
+    ("lights-behind-a-lens", 0.45),
+    ("window", 0.3),
+    ("lamp-pattern", 0.2),
+    ("texlamp", 0.15),
+    ("louvre", 0.12),
+    ("door-ajar", 0.2),
 ];
 
 /// Samples of a pixel in the pictures whose intervals are judged: with fewer there are too few replicates for one.
