@@ -22,6 +22,8 @@ pub enum Exit {
     File = 4,
     /// The input is larger than a limit allows.
     Limit = 5,
+    /// Written, but the error that was asked for is not reached.
+    Unreached = 6,
     /// Ctrl-C, or a request to terminate.
     Interrupted = 130,
 }

@@ -1,16 +1,18 @@
 //! What a picture's file says about where it comes from: enough to make it again.
 
-use raywright_core::Settings;
 use raywright_core::bvh::AcceleratorKind;
 use raywright_core::display::Display;
+use raywright_core::film::{Estimate, Film, Uncertainty};
 use raywright_core::ladder::Ladder;
 use raywright_core::scene::Pattern;
 use raywright_core::settings::{PrecisionChoice, Sampling};
+use raywright_core::{Rendered, Settings};
 use raywright_io::output::Metadata;
 use raywright_io::{EnvironmentSource, LoadOptions, Loaded};
 use serde::Serialize;
 
 use crate::plan::{Choices, Plan};
+use crate::table::significant;
 
 /// Program and version.
 pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));
@@ -23,7 +25,29 @@ pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &Choices) -> Metadata {
         settings: settings(&plan.settings, plan.display) + &choices.words(RUNG, WITHOUT).concat(),
         seed: Some(plan.settings.seed),
         command: command_line(),
+        error: String::new(),
     }
+}
+
+/// What a picture's file says of its error: both measures with their intervals, what was sampled and whether noise was taken out; empty where
+/// nothing can be told.
+pub fn error(noisy: Option<&Uncertainty>, rendered: &Rendered, film: &Film) -> String {
+    let denoised = rendered.denoised();
+    let Some(claim) = denoised.map(|denoised| &denoised.error).or(noisy) else { return String::new() };
+    let of = |name: &str, estimate: Estimate| {
+        let [value, low, high] = [estimate.value, estimate.low, estimate.high].map(|number| significant(number, 3));
+        format!("{name}={value} {name}_low={low} {name}_high={high}")
+    };
+    let samples = film.samples(&film.whole());
+    let [least, most] = [samples.start(), samples.end()];
+    let samples = if least == most { most.to_string() } else { format!("{least}..{most}") };
+    let doubt = claim.doubt.map_or_else(|| "none".to_owned(), |doubt| name(&doubt));
+    let reconstruction = if denoised.is_some() { "denoised" } else { "mean" };
+    format!(
+        "{} {} samples={samples} reconstruction={reconstruction} doubt={doubt}",
+        of("root_relmse", claim.root_relmse),
+        of("rmse", claim.rmse)
+    )
 }
 
 /// What tells a scene from others, with all that flags change in it: parts of one picture have the same.

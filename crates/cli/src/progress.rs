@@ -26,7 +26,7 @@ pub struct Progress {
     /// Pieces of the same work that are finished, of how many.
     finished: AtomicU64,
     of: u64,
-    /// Share of all of it that was done at the last report, in 2³²ths.
+    /// Greatest share of all of it that was reported as done, in 2³²ths.
     share: AtomicU64,
 }
 
@@ -78,9 +78,11 @@ impl Progress {
     /// `done` of `total` steps of the work, or of the piece under way, are finished.
     pub fn report(&self, done: u64, total: u64) {
         let (done, total) = (done + self.finished.load(Ordering::Relaxed) * total, total * self.of);
-        self.share.store((done as f64 / total.max(1) as f64 * SHARES) as u64, Ordering::Relaxed);
+        // Where an error decides, what is to be done grows on the way; what is shown never falls.
+        let share = (done as f64 / total.max(1) as f64 * SHARES) as u64;
+        let share = self.share.fetch_max(share, Ordering::Relaxed).max(share);
         let reports = 1 + self.reports.fetch_add(1, Ordering::Relaxed);
-        let work = Work { elapsed: self.start.elapsed(), reports, done, total };
+        let work = Work { elapsed: self.start.elapsed(), reports, done: share, total: SHARES as u64 };
         if let Some(line) = self.display.report(self.what, work) {
             console::tell(line);
         }
@@ -249,6 +251,18 @@ mod tests {
         assert_eq!(line("rendering", Duration::from_secs(10), 0, 4), "rendering: 0 %");
         assert_eq!(line("rendering", Duration::from_secs(7200), 1, 2), "rendering: 50 %, 2 h 0 min left");
         assert_eq!(line("rendering", Duration::from_secs(200), 1, 2), "rendering: 50 %, 3 min 20 s left");
+    }
+
+    /// Protects: progress towards an error never runs backwards, though what is to be done grows on the way, and the time that is left is that
+    /// of the share which is shown.
+    #[test]
+    fn progress_never_runs_backwards() {
+        let progress = Progress::hidden().of_pieces(2);
+        let shares = [(1, 4), (2, 4), (2, 16), (9, 16), (10, 16)].map(|(done, total)| {
+            progress.report(done, total);
+            progress.share.load(Ordering::Relaxed) as f64 / SHARES
+        });
+        assert_eq!(shares, [0.125, 0.25, 0.25, 0.28125, 0.3125]);
     }
 
     /// Protects: no time is told by the first few of many pieces; from the sixteenth on, or a twentieth of the work, it is.

@@ -255,7 +255,11 @@ fn an_error_is_reached() {
     assert!(least >= 16.0 && most > 1.5 * least, "{least} to {most}");
     render(&desk, &format!("{all} -o b.exr --threads 1 --accel linear")).exits_with(0);
     same_bits(&desk, "a.exr", "b.exr");
-    render(&desk, "--max-error 0.0001 --spp 40 -o c.exr").exits_with(0).says_like("is not reached");
+    for (end, file) in [("--spp 40", "c.exr"), ("--budget 1s", "d.exr")] {
+        let run = render(&desk, &format!("--max-error 0.0001 {end} -o {file}"));
+        run.exits_with(6).says_like("error: the error of 0.0001 that was asked for is not reached");
+        assert!(desk.path(file).exists());
+    }
     render(&desk, "--max-error 0.1 --part 1/2 --checkpoint p.film").exits_with(2);
     render(&desk, "--max-error 0 -o d.exr").exits_with(2);
 }
@@ -279,9 +283,9 @@ fn going_on_is_explained() {
 #[test]
 fn what_a_budget_ended_is_replayed() {
     let desk = desk();
-    for (name, words) in [("even", ""), ("error", "--max-error 0.0001")] {
-        render(&desk, &format!("{words} --budget 1s {LAYERS} -o {name}.exr --checkpoint {name}.film")).exits_with(0);
-        render(&desk, &format!("{words} {LAYERS} --replay {name}.film -o {name}-again.exr --threads 1")).exits_with(0);
+    for (name, words, code) in [("even", "", 0), ("error", "--max-error 0.0001", 6)] {
+        render(&desk, &format!("{words} --budget 1s {LAYERS} -o {name}.exr --checkpoint {name}.film")).exits_with(code);
+        render(&desk, &format!("{words} {LAYERS} --replay {name}.film -o {name}-again.exr --threads 1")).exits_with(code);
         same_bits(&desk, &format!("{name}.exr"), &format!("{name}-again.exr"));
     }
     render(&desk, &format!("--seed 3 {LAYERS} --replay even.film -o c.exr")).exits_with(3).says_like("seed");

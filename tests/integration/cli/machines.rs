@@ -160,6 +160,7 @@ fn layouts_are_those_of_the_page() {
     for (from, lines) in [
         ("check --json", &["check good.scene.toml --json"][..]),
         ("info --json", &["info good.scene.toml --json", "info model.gltf --json"]),
+        ("info PICTURE --json", &["info a.exr --json", "info c.exr --json"]),
         ("explain --json", &["explain good.scene.toml --json", "explain lamp.scene.toml --json --measure"]),
         (
             "bench --json",

@@ -17,6 +17,7 @@ mod masks;
 mod mistakes;
 mod models;
 mod overwriting;
+mod own_error;
 mod page;
 mod render;
 mod reports;

@@ -126,7 +126,7 @@ pub enum Command {
     Explain(ExplainArgs),
     /// Measure how far two pictures are apart
     Compare(CompareArgs),
-    /// Show what is in a scene or model file
+    /// Show what is in a scene, model or picture file
     Info(InfoArgs),
     /// Check a scene or model file and report every problem
     Check(CheckArgs),

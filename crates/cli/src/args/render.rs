@@ -34,7 +34,8 @@ fn examples() -> String {
   raywright render a.scene.toml --budget 30s   As good as it gets in half a minute
   raywright render cornell.glb --max-error 0.05 -o c.exr   As good as that, in as many samples as it takes
 
-Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene, 4 a file cannot be read or written, 5 over a limit, 130 interrupted \
+Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene, 4 a file cannot be read or written, 5 over a limit, 6 written, \
+         but the error of --max-error is not reached, 130 interrupted \
          (what is finished is in NAME.partial.EXT)."
     )
 }

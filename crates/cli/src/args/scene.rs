@@ -109,7 +109,8 @@ pub struct ExplainArgs {
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, - for standard input, or a picture (.png, .exr),
+    /// which says its error and what made it
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 

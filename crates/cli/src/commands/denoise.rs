@@ -38,11 +38,13 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
     let rendered = Rendered { denoised: Some(denoised), ..Rendered::noisy(&kept.film) };
     let display = plan::shown(&args.display, kept.display);
+    let noisy = kept.film.uncertainty();
+    kept.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept.film);
     let written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
     let mut notes = Notes::new(verbosity);
     tell::note_losses(&rendered.counters, &mut notes);
-    let error = tell::error(kept.film.uncertainty().as_ref(), &kept.film, &rendered, None, &mut notes)
-        .unwrap_or_else(|| "denoised (biased)".to_owned());
+    let error =
+        tell::error(noisy.as_ref(), &kept.film, &rendered, None, &mut notes).unwrap_or_else(|| "denoised (biased)".to_owned());
     notes.finish();
     if !written.is_empty() {
         verbosity.say(format_args!("wrote {} ({error}, {})", written.join(", "), spoken(clock.total())));

@@ -37,11 +37,13 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let filmed = args.checkpoint.as_ref().map_or(Ok(()), |path| write_film(path, &mut kept));
     let rendered = Rendered::of(&kept.film, &());
     let display = plan::shown(&args.display, kept.display);
+    let noisy = kept.film.uncertainty();
+    kept.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept.film);
     let mut written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
     written.extend(args.checkpoint.as_ref().filter(|_| filmed.is_ok()).map(|path| write::shown(path)));
     let mut notes = Notes::new(verbosity);
     tell::note_losses(&rendered.counters, &mut notes);
-    let error = tell::error(kept.film.uncertainty().as_ref(), &kept.film, &rendered, None, &mut notes)
+    let error = tell::error(noisy.as_ref(), &kept.film, &rendered, None, &mut notes)
         .map(|error| format!(", {error}"))
         .unwrap_or_default();
     notes.finish();

@@ -11,7 +11,7 @@ use exr::prelude::{AttributeValue, Compression, FlatImage, FlatSamples, MetaData
 use png::{ColorType, Decoder, Transformations};
 use raywright_core::picture::{DataWindow, Encoding, Layer, Picture};
 
-use super::metadata::SETTINGS;
+use super::metadata::Metadata;
 use crate::error::Error;
 use crate::folder::read_file;
 use crate::limits::{Limits, human_bytes};
@@ -31,10 +31,9 @@ pub struct StoredPicture {
 }
 
 impl StoredPicture {
-    /// The value of one of the settings that a picture of ours was made with, by the name that its file has for it, such as `gamma`.
-    pub fn setting(&self, name: &str) -> Option<&str> {
-        let settings = [SETTINGS.0, SETTINGS.1].into_iter().find_map(|entry| self.texts.get(entry))?;
-        settings.split(' ').find_map(|word| word.strip_prefix(name)?.strip_prefix('='))
+    /// What the file says of where the picture comes from, as far as it is one of ours.
+    pub fn metadata(&self) -> Metadata {
+        Metadata::of_texts(&self.texts)
     }
 }
 

@@ -40,6 +40,7 @@ pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(
         settings: words.collect::<Vec<_>>().join(" "),
         seed: None,
         command: command_line(),
+        error: String::new(),
     };
     Ok(write_film(path, &mut KeptFilm { film: reference.film, metadata, display: Display::of(&loaded.scene.render) })?)
 }

@@ -82,10 +82,11 @@ impl ChosenDisplay {
 
 /// The display that a picture's file says it is shown by, or was.
 pub fn told(stored: &StoredPicture) -> Option<Display> {
+    let metadata = stored.metadata();
     Some(Display {
-        tone_map: names::parse(stored.setting("tone_map")?).ok()?,
-        curve: names::parse(stored.setting("gamma")?).ok()?,
-        exposure_stops: stored.setting("exposure")?.parse().ok()?,
+        tone_map: names::parse(metadata.setting("tone_map")?).ok()?,
+        curve: names::parse(metadata.setting("gamma")?).ok()?,
+        exposure_stops: metadata.setting("exposure")?.parse().ok()?,
         ..Display::default()
     })
 }

@@ -53,8 +53,9 @@ fn layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
 /// Degrees of freedom of a picture's standard errors, by the samples that it says it has: from 64 on, and where it was denoised, there are four
 /// replicates, below two. Of another program's nothing is known, and the least is taken.
 fn freedom(stored: &StoredPicture) -> f64 {
-    let many = stored.setting("samples").and_then(|samples| samples.parse::<u32>().ok()).is_some_and(|samples| samples >= 64);
-    if many || stored.setting("reconstruction").is_some() { 3.0 } else { 1.0 }
+    let metadata = stored.metadata();
+    let many = metadata.setting("samples").and_then(|samples| samples.parse::<u32>().ok()).is_some_and(|samples| samples >= 64);
+    if many || metadata.setting("reconstruction").is_some() { 3.0 } else { 1.0 }
 }
 
 impl Judged {

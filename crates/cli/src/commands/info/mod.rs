@@ -1,8 +1,10 @@
-//! `info`: what is in a scene or model file, as a table or as JSON.
+//! `info`: what is in a scene or model file, or in a picture, as a table or as JSON.
 
 mod json;
+mod picture;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use glam::DVec3;
 use raywright_core::extent::Extent;
@@ -21,6 +23,9 @@ use crate::table::{lay_out, short};
 
 /// Prints the table, or the JSON.
 pub fn run(args: &InfoArgs, verbosity: Verbosity) -> Result<(), Failure> {
+    if picture::is_picture(Path::new(&args.scene)) {
+        return picture::run(Path::new(&args.scene), args.json);
+    }
     let mut notes = Notes::new(verbosity);
     let loaded = scene_input::read(&args.scene, &plan::options(&args.changes, None), &mut notes)?;
     notes.finish();
@@ -33,7 +38,7 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
         ("file", loaded.source.name.clone()),
         ("format", format(loaded.source.format).to_owned()),
         ("title", scene.title.clone()),
-        ("picture", picture(scene)),
+        ("picture", render_size(scene)),
         ("parameters", listed(scene.parameters.iter().map(|(name, value)| format!("{name} = {value}")))),
         ("cameras", named(scene.cameras.iter().map(|camera| camera.name.as_str()))),
         ("lights", kinds(scene.lights.iter().map(|light| light_kind(&light.kind)))),
@@ -80,7 +85,7 @@ fn format(format: Format) -> &'static str {
     }
 }
 
-fn picture(scene: &Scene) -> String {
+fn render_size(scene: &Scene) -> String {
     let [width, height] = scene.render.size;
     let samples = match scene.render.pattern {
         None => format!("{} samples", scene.render.samples),
@@ -285,7 +290,7 @@ mod tests {
             whole.as_object_mut().expect("a table").extend(parts.as_object().expect("a table").clone());
             serde_json::from_value::<Scene>(whole).expect("a scene")
         };
-        let told = |render: serde_json::Value| picture(&with(json!({ "render": render })));
+        let told = |render: serde_json::Value| render_size(&with(json!({ "render": render })));
         assert!(
             told(json!({ "samples": 9, "size": [4, 3], "max_depth": 5 })).eq("4x3 pixels, 9 samples, at most 5 ray segments")
         );

@@ -27,9 +27,17 @@ use crate::targets::{Outputs, Target};
 use film::Session;
 pub use series::run;
 
-/// What a picture's file says of where it comes from.
-fn metadata(task: &Task, session: &Session) -> Metadata {
-    if task.has_metadata { session.metadata().clone() } else { Metadata::default() }
+/// The error of the noise, where a picture's line and its file tell it: of paths, of what is denoised, and where it was asked for.
+fn claimed<'a>(task: &Task, (ready, rendered): (&Ready, &Rendered), noisy: Option<&'a Uncertainty>) -> Option<&'a Uncertainty> {
+    noisy.filter(|_| ready.follows_paths() || task.max_error.is_some() || rendered.denoised().is_some())
+}
+
+/// What a picture's file says of where it comes from, and of its error.
+fn metadata(task: &Task, session: &Session, rendered: &Rendered, noisy: Option<&Uncertainty>) -> Metadata {
+    match task.has_metadata {
+        true => Metadata { error: origin::error(noisy, rendered, session.film()), ..session.metadata().clone() },
+        false => Metadata::default(),
+    }
 }
 
 /// The hash of a picture's pixels, where it is asked for, beside each file that has them; beside a name where none has.
@@ -157,13 +165,11 @@ fn described(
     task: &Task,
     settings: &Settings,
     session: &Session,
-    (ready, rendered): (&Ready, &Rendered),
+    rendered: &Rendered,
     noisy: Option<&Uncertainty>,
     notes: &mut Notes,
 ) -> String {
-    let asked = task.max_error;
-    let noisy = noisy.filter(|_| ready.follows_paths() || asked.is_some() || rendered.denoised().is_some());
-    let error = tell::error(noisy, session.film(), rendered, asked, notes);
+    let error = tell::error(noisy, session.film(), rendered, task.max_error, notes);
     let error = error.map(|error| format!(", {error}")).unwrap_or_default();
     size_and_samples(settings, session) + &error
 }

@@ -1,6 +1,7 @@
 //! What `render` says besides its result: what is left out, lost or not met, and with `-v` where the time went.
 
 use raywright_core::counters::{Counters, SampleLoss};
+use raywright_core::denoise::FEWEST_SAMPLES;
 use raywright_core::display::Display;
 use raywright_core::effects::EffectReport;
 use raywright_core::film::{Doubt, Estimate, Film, Uncertainty};
@@ -213,14 +214,14 @@ pub fn error(
     notes: &mut Notes,
 ) -> Option<String> {
     let noisy = noisy?;
-    let reaches = |asked| rendered.denoised().map_or(noisy.reaches(asked), |denoised| denoised.reaches(asked, noisy));
-    if let Some(asked) = asked {
-        note_asked(asked, reaches(asked), film, notes);
+    let is_met = |asked| reaches(asked, noisy, rendered);
+    if let Some(doubted) = asked.filter(|&asked| is_met(asked)).and_then(|asked| doubted(film, asked)) {
+        notes.hint(format!("{doubted}; so more were taken"));
     }
     let noise = told(noisy);
     notes.detail(format_args!("noise: {noise}"));
     let about = significant(noisy.root_relmse.value, 2);
-    let met = asked.filter(|&asked| reaches(asked)).map(|asked| format!(", below the {asked} asked for")).unwrap_or_default();
+    let met = asked.filter(|&asked| is_met(asked)).map(|asked| format!(", below the {asked} asked for")).unwrap_or_default();
     let phrase = match noisy.doubt {
         None => format!("error {}", with_interval(noisy.root_relmse)),
         Some(Doubt::FewSamples) => format!("error about {about}"),
@@ -244,26 +245,45 @@ pub fn error(
     Some(denoised(rendered, notes).unwrap_or(phrase) + &met)
 }
 
-/// Whether the error that was asked for is met, and why samples were added after it seemed to be.
-fn note_asked(asked: f64, is_met: bool, film: &Film, notes: &mut Notes) {
-    let doubted = film.doubted_aim().map(|first| {
-        let [least, most] = first.samples;
-        let samples = if least == most { most.to_string() } else { format!("{least} to {most}") };
-        let why = match first.doubt {
-            Doubt::FewSamples => "there were too few samples to tell",
-            Doubt::LightByChance => "lamps and suns that are met by chance alone had been met too seldom",
-            Doubt::FewPixels => "a few pixels carried most of it",
-            Doubt::WideInterval => "it was too unsure",
-        };
-        format!("{samples} samples seemed to reach {asked}, with {}, but {why}", significant(first.error, 2))
-    });
-    match (is_met, doubted) {
-        (true, None) => {}
-        (true, Some(doubted)) => notes.hint(format!("{doubted}; so more were taken")),
-        (false, Some(doubted)) => notes.warn(format!("whether the error of {asked} is reached is not sure: {doubted}")),
-        (false, None) => notes.warn(format!(
-            "the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"
-        )),
+/// Whether what is shown of a render has an error, denoised where it was.
+fn reaches(asked: f64, noisy: &Uncertainty, rendered: &Rendered) -> bool {
+    rendered.denoised().map_or(noisy.reaches(asked), |denoised| denoised.reaches(asked, noisy))
+}
+
+/// Why the error that was asked for is not reached; none where it is.
+pub fn shortfall(asked: f64, noisy: Option<&Uncertainty>, film: &Film, rendered: &Rendered) -> Option<String> {
+    if noisy.is_some_and(|noisy| reaches(asked, noisy, rendered)) {
+        return None;
+    }
+    Some(match doubted(film, asked) {
+        Some(doubted) => format!("whether the error of {asked} is reached is not sure: {doubted}"),
+        None => format!("the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"),
+    })
+}
+
+/// Why samples were added after the error that was asked for seemed to be met.
+fn doubted(film: &Film, asked: f64) -> Option<String> {
+    let first = film.doubted_aim()?;
+    let [least, most] = first.samples;
+    let samples = if least == most { most.to_string() } else { format!("{least} to {most}") };
+    let why = match first.doubt {
+        Doubt::FewSamples => "there were too few samples to tell",
+        Doubt::LightByChance => "lamps and suns that are met by chance alone had been met too seldom",
+        Doubt::FewPixels => "a few pixels carried most of it",
+        Doubt::WideInterval => "it was too unsure",
+    };
+    Some(format!("{samples} samples seemed to reach {asked}, with {}, but {why}", significant(first.error, 2)))
+}
+
+/// An error from which on denoising is named.
+const NOTICEABLE: f64 = 0.05;
+
+/// What denoising brings, where a picture that nothing was asked of has noise that is seen. The shares are those of docs/accuracy.md with 64
+/// samples.
+pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &mut Notes) {
+    let can = !settings.sampling.is_fixed() && settings.sampling.count() >= FEWEST_SAMPLES && settings.max_error.is_none();
+    if can && !settings.denoise && noisy.root_relmse.value > NOTICEABLE {
+        notes.hint("--denoise leaves 0.2 to 0.9 of such an error, half of it as a rule (docs/accuracy.md)");
     }
 }
 

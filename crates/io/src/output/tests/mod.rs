@@ -18,6 +18,7 @@ fn metadata() -> Metadata {
         settings: "samples = 4, größe = 3×2".into(),
         seed: Some(7),
         command: "raywright render\0".into(),
+        error: "root_relmse=0.05 samples=4".into(),
     }
 }
 
@@ -93,7 +94,7 @@ fn metadata_are_kept() {
         assert_eq!(png.get(png_name), Some(&text), "{png_name}");
         assert_eq!(exr.get(exr_name), Some(&text), "{exr_name}");
     }
-    assert_eq!(png.len(), 5);
+    assert_eq!(png.len(), 6);
     assert_eq!(png["Raywright command"], "raywright render\u{fffd}", "no NUL gets into a text");
     let bare = Metadata { seed: Some(0), ..Metadata::default() };
     assert_eq!(decode(&png_bytes(&picture, Display::PLAIN, &bare).unwrap()).unwrap().texts.len(), 1);

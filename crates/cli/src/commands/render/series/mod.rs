@@ -73,6 +73,8 @@ struct Series<'a> {
     error: Option<f64>,
     /// How the first of the scenes that failed did.
     failed: Vec<Exit>,
+    /// Why pictures do not reach the error that was asked for.
+    shortfalls: Vec<String>,
     /// Why a film is not in its file.
     unkept: Option<Error>,
 }
@@ -108,7 +110,7 @@ impl<'a> Series<'a> {
         let input = |name: &OsString| scene_input::input(name, &task.options.limits);
         let inputs = task.scenes.iter().map(input).collect::<Result<Vec<_>, _>>()?;
         let progress = Progress::start("rendering", task.progress, task.verbosity).of_pieces(count);
-        let (names, failed, description) = (Vec::new(), Vec::new(), Default::default());
+        let (names, failed, shortfalls, description) = (Vec::new(), Vec::new(), Vec::new(), Default::default());
         let (loaded, clear_of, finished, error, unkept) = (HashMap::new(), Inputs::default(), 0, None, None);
         let mut series = Self {
             task,
@@ -128,6 +130,7 @@ impl<'a> Series<'a> {
             description,
             error,
             failed,
+            shortfalls,
             unkept,
         };
         if !task.is_single {
@@ -299,7 +302,8 @@ impl<'a> Series<'a> {
     ) -> Result<(), Failure> {
         let Taken { plan, session, rendered, noisy, mut seconds } = taken;
         let (task, targets) = (self.task, &self.targets[number]);
-        let metadata = super::metadata(task, &session);
+        let claimed = super::claimed(task, (ready, &rendered), noisy.as_ref());
+        let metadata = super::metadata(task, &session, &rendered, claimed);
         let is_free = |path: &Path| self.outputs.leave_free(path, &loaded.inputs);
         if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
             let own = write::keep(&rendered, targets, plan.display, &metadata, is_free);
@@ -319,7 +323,12 @@ impl<'a> Series<'a> {
         }
         super::note_rendered(loaded, &rendered, &plan, targets, notes);
         tell::note_shut_away(loaded, ready, session.film(), notes);
-        let description = super::described(task, &plan.settings, &session, (ready, &rendered), noisy.as_ref(), notes);
+        if let Some(noisy) = claimed {
+            tell::note_denoising(noisy, &plan.settings, notes);
+        }
+        let description = super::described(task, &plan.settings, &session, &rendered, claimed, notes);
+        let shortfall = task.max_error.and_then(|asked| tell::shortfall(asked, claimed, session.film(), &rendered));
+        self.shortfalls.extend(shortfall);
         if task.is_single {
             notes.detail(tell::details(ready, &rendered, &seconds).trim_end());
         }
@@ -333,13 +342,23 @@ impl<'a> Series<'a> {
         Ok(())
     }
 
-    /// Whether all scenes were rendered, and a film that was to be kept is.
+    /// Whether all scenes were rendered, a film that was to be kept is, and an error that was asked for is reached.
     fn verdict(self) -> Result<(), Failure> {
         if let Some(error) = self.unkept {
             return Err(error.into());
         }
-        let Some(&exit) = self.failed.first() else { return Ok(()) };
-        Err(Failure::new(exit, format_args!("{} of {} scenes were not rendered", self.failed.len(), self.inputs.len())))
+        if let Some(&exit) = self.failed.first() {
+            let message = format!("{} of {} scenes were not rendered", self.failed.len(), self.inputs.len());
+            return Err(Failure::new(exit, message));
+        }
+        match self.shortfalls.as_slice() {
+            [] => Ok(()),
+            [message] if self.task.is_single => Err(Failure::new(Exit::Unreached, message)),
+            [first, ..] => {
+                let message = format!("{} of {} pictures: {first}", self.shortfalls.len(), self.finished);
+                Err(Failure::new(Exit::Unreached, message))
+            }
+        }
     }
 }
 
