@@ -313,7 +313,8 @@ fn tiles_leave_no_seams() {
 }
 
 /// Protects: what makes the noisy picture's error doubtful makes the denoised one's: where few pixels met light in one replicate alone, and where
-/// lamps are met by chance. An error that is asked for is not reached then, however small the claim is; where nothing is doubtful it is.
+/// lamps are met by chance. An error that is asked for is not reached then, however small the claim is; where nothing is doubtful it is, from the
+/// upper end of the interval on.
 #[test]
 fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
     use crate::film::Doubt;
@@ -327,8 +328,9 @@ fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
         let film = of(rare);
         let (found, noisy) = (denoised(&film), film.uncertainty().expect("four replicates"));
         assert_eq!([found.error.doubt, noisy.doubt], [doubt; 2]);
-        let most = found.error.root_relmse.high.max(noisy.root_relmse.high);
-        assert_eq!(found.reaches(most, &noisy), !rare, "{rare}");
+        let own = found.error.root_relmse;
+        assert_eq!(found.reaches(own.high.max(noisy.root_relmse.high), &noisy), !rare, "{rare}");
+        assert!(!found.reaches(f64::midpoint(own.value, own.high), &noisy), "{rare}: the value is no proof");
     }
 }
 

@@ -26,8 +26,10 @@ fn only_what_is_far_has_an_origin() {
     for objects in [vec![], vec![floor.clone()], vec![ball([0.0; 3], 1.0)], vec![ball([5.0, -7.0, 3.0], 1.0), floor.clone()]] {
         assert_eq!(of(&objects).origin, DVec3::ZERO, "{objects:?}");
     }
-    let far = of(&[ball([448_200.25, 4_865_499.5, 3.0], 1.0), floor]);
-    assert_eq!((far.origin, far.unresolved), (DVec3::new(448_200.0, 4_865_500.0, 0.0), None));
+    for sign in [1.0, -1.0] {
+        let far = of(&[ball([sign * 448_200.25, sign * 4_865_499.5, 3.0], 1.0), floor.clone()]);
+        assert_eq!((far.origin, far.unresolved), (sign * DVec3::new(448_200.0, 4_865_500.0, 0.0), None));
+    }
 }
 
 /// Protects: where no one origin serves two clusters, the one that is more of the scene is resolved, and the first object of the other is

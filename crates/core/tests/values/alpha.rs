@@ -140,6 +140,26 @@ fn what_is_passed_costs_no_segment() {
     );
 }
 
+/// Protects: a shadow ray passes all the blended surfaces that there are, however few segments a path may have, also where a thin wall elsewhere
+/// in the scene makes shadow rays look for what they pass.
+#[test]
+fn shadow_rays_pass_more_panes_than_segments() {
+    let pane = json!({ "base_colour": 0, "opacity": 0.05, "alpha": BLEND });
+    let wall = json!({ "transmission": 1, "roughness": 0, "thin_walled": true });
+    let disk = |centre: [f64; 3], material: &str| json!({ "shape": { "disk": { "centre": centre, "normal": [0, 1, 0], "radius": 9 } }, "material": material });
+    let lit = |count: usize| {
+        let panes = (0..count).map(|i| disk([0.0, 20.0 + i as f64, 0.0], "pane"));
+        let scene = floor(
+            crate::support::classic(json!({ "local": 1 })),
+            json!({ "materials": [{ "name": "pane", "model": physical(pane.clone()) }, { "name": "wall", "model": physical(wall.clone()) }],
+                "objects": panes.chain([disk([100.0, 1.0, 0.0], "wall")]).collect::<Vec<_>>(), "lights": [crate::support::sun([0.0, 1.0, 0.0])] }),
+        );
+        mean(&scene, &paths(&scene, SLANTED, 2)).0[0]
+    };
+    let (bare, covered) = (lit(0), lit(12));
+    assert!(bare > 0.01 && (covered / bare - 0.95_f64.powi(12)).abs() < 1e-5, "{covered} of {bare}");
+}
+
 /// Protects: a mirror behind panes, and panes in a mirror, leave it all its segments.
 #[test]
 fn panes_take_no_segment_from_mirrors() {
