@@ -204,6 +204,52 @@ fn filters_cover_their_surroundings() {
     }
 }
 
+/// Protects: where light was looked for and none was found, the layer of standard errors says that nothing is known, and not that there is no
+/// error; where there is none to be found, there is no error.
+#[test]
+fn errors_of_light_that_was_not_found_are_unknown() {
+    use raywright_core::scene::Integrator;
+    let dark = crate::support::classic(json!({ "colour": 0.5 }));
+    let lamp = crate::support::classic(json!({ "local": 0, "emission": 4 }));
+    for (closed, error) in [(true, -1.0), (false, 0.0)] {
+        let lit = if closed { "lamp" } else { "dark" };
+        let scene = floor(
+            dark.clone(),
+            json!({ "materials": [{ "name": "lamp", "model": lamp }, { "name": "dark", "model": dark }],
+                "objects": [ball([-3.0, 3.0, 0.0], 0.5, lit), ball([-3.0, 3.0, 0.0], 1.0, "dark")] }),
+        );
+        let view = settings(&scene, crate::support::DOWN);
+        let paths =
+            Settings { integrator: Integrator::Path, sampling: Sampling::General(64), aovs: vec![Aov::StandardError], ..view };
+        let picture = rendered(&scene, &Settings { size: [4, 4], ..paths }).picture;
+        assert_eq!(picture.rgb, [[0.0; 3]; 16]);
+        for name in ["stderr.R", "stderr.G", "stderr.B"] {
+            assert_eq!(layer(&picture, name), [error; 16], "{name}, {closed}");
+        }
+    }
+}
+
+/// Protects: a path that carries more than a number can hold in one channel alone makes its sample none, which is dropped and counted, also where
+/// many paths are shaded together.
+#[test]
+fn paths_that_overflow_in_one_channel_are_dropped() {
+    use raywright_core::scene::Integrator;
+    use raywright_core::settings::PrecisionChoice;
+    for channel in 0..3 {
+        let mut colour = [0.5; 3];
+        colour[channel] = 1e30;
+        let bright = crate::support::physical(json!({ "base_colour": colour, "roughness": 1, "specular": 0 }));
+        let side = |y: f64, normal: f64| json!({ "shape": { "plane": { "point": [0, y, 0], "normal": [0, normal, 0] } }, "material": "bright" });
+        let scene =
+            scene(json!({ "materials": [{ "name": "bright", "model": bright }], "objects": [side(0.0, 1.0), side(9.0, -1.0)] }));
+        let down = settings(&scene, crate::support::DOWN);
+        let (integrator, precision, size) = (Integrator::Path, PrecisionChoice::Robust, [16, 16]);
+        let sampling = Sampling::General(4);
+        let found = rendered(&scene, &Settings { integrator, precision, size, sampling, ..down }).counters;
+        assert!(found.dropped > 512 && found.samples + found.dropped == 1024, "channel {channel}: {found:?}");
+    }
+}
+
 /// Protects: a path that carries more than a number can hold makes its sample none, which is dropped and counted.
 #[test]
 fn paths_that_carry_no_number_are_dropped() {
