@@ -161,6 +161,18 @@ fn reading_is_interrupted() {
     }
 }
 
+/// Protects: a run waits for its scene for as long as its budget says, and not for the least that a budget may be.
+#[test]
+fn reading_has_all_of_the_budget() {
+    use std::io::Write as _;
+    let desk = Desk::new();
+    let mut child = waiting(&desk, &["--budget", "1h", "--spp", "1", "-o", "a.png"]);
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let written = child.stdin.take().expect("piped").write_all(b"format = 1\nsky.constant = 0.5\n");
+    let run = child.wait_with_output().expect("ends");
+    assert_eq!((run.status.code(), written.is_ok()), (Some(0), true), "{}", String::from_utf8_lossy(&run.stderr));
+}
+
 /// Protects: a budget ends a run that has no picture to begin, with one message and the code of limits.
 #[test]
 fn reading_ends_with_the_budget() {

@@ -113,4 +113,14 @@ fn help_names_the_effects() {
     let (_, known) = known.stderr.split_once("known: ").expect("a list of those known");
     let known = known.lines().next().expect("a line").trim();
     assert!(known.split(", ").count() > 30 && list.starts_with(&format!("{known} ")), "{list}\n{known}");
+    desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
+    let without = |names: &str| desk.run(&["explain", "sky.scene.toml", "--json", "--without", names]);
+    let all = without(&known.replace(", ", ","));
+    let all: serde_json::Value = serde_json::from_str(all.exits_with(0).text()).expect("JSON");
+    for effect in all["effects"].as_array().expect("a list") {
+        let name = effect["name"].as_str().expect("a name").replace(' ', "-");
+        if !known.split(", ").any(|known| known == name) {
+            without(&name).exits_with(2);
+        }
+    }
 }

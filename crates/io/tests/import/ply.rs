@@ -363,6 +363,9 @@ fn faces_show_their_own_textures() {
     // Each triangle of a polygon has the number of its face.
     let polygons = textured_faces(comments, true, &["4 0 1 2 3 0".to_owned(), "3 0 1 2 1".to_owned()]);
     assert_eq!(shown(&polygons), [("red.png", 2, 4), ("green hue.png", 1, 3)]);
+    // A face of two corners is left out, and its number with it.
+    let faces = ["2 0 1 0", "3 0 1 2 1", "3 0 2 3 1"].map(str::to_owned);
+    assert_eq!(shown(&textured_faces(comments, true, &faces)), [("green hue.png", 2, 4)]);
     for (comments, numbers, expected, warnings) in cases {
         let loaded = textured(comments, numbers);
         assert_eq!(shown(&loaded), expected, "{comments}, {numbers:?}");
