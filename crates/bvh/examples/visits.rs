@@ -12,7 +12,7 @@
 mod files;
 
 use glam::Vec3;
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, PrimitiveSet, Ray, TraversalCounter, Visibility};
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, PrimitiveSet, Ray, TraversalStats, Visibility};
 
 /// Rays of a block, and how many blocks there are for one that is traced.
 const BLOCK: usize = 4096;
@@ -36,27 +36,9 @@ fn main() {
     }
 }
 
-/// What rays visit.
-#[derive(Default)]
-struct Visits {
-    nodes: u64,
-    blocks: u64,
-    triangles: u64,
-}
-
-impl TraversalCounter for Visits {
-    fn node(&mut self) {
-        self.nodes += 1;
-    }
-    fn primitives(&mut self, count: impl FnOnce() -> u64) {
-        self.blocks += 1;
-        self.triangles += count();
-    }
-}
-
 /// Nodes, blocks, triangles and hits a ray.
 fn visited(tree: &Geometry<f32>, rays: &[[f32; 8]], any: bool) -> String {
-    let (mut visits, mut hits, mut count) = (Visits::default(), 0, 0);
+    let (mut visits, mut hits, mut count) = (TraversalStats::default(), 0, 0);
     for &[ox, oy, oz, min, dx, dy, dz, max] in rays.chunks(BLOCK).step_by(THIN).flatten() {
         let (ray, range) = (Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz)), Interval { min, max });
         let hit = if any {
@@ -70,8 +52,8 @@ fn visited(tree: &Geometry<f32>, rays: &[[f32; 8]], any: bool) -> String {
     format!(
         "{:6.2} nodes {:6.2} blocks {:6.2} triangles {:4.2} hit",
         each(visits.nodes as f64),
-        each(visits.blocks as f64),
-        each(visits.triangles as f64),
+        each(visits.leaves as f64),
+        each(visits.primitives as f64),
         each(hits.into())
     )
 }

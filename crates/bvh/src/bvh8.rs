@@ -10,7 +10,6 @@
 //! ([`crate::shapes::EDGE_ON`]).
 
 mod collapse;
-mod entries;
 mod filter;
 mod flat;
 mod kernel;
@@ -18,7 +17,7 @@ mod leaf;
 mod optimisation_barrier;
 mod packet;
 mod projected_ray;
-mod reparametrisation;
+mod query;
 mod row;
 mod stack;
 mod traversal_ray;
@@ -40,11 +39,11 @@ use crate::shapes::Triangle;
 
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
+pub(crate) use self::optimisation_barrier::opaque;
 pub(crate) use self::packet::{PacketResult, PacketState, PacketVisitor, RAYS};
-pub(crate) use self::reparametrisation::RayReparametrisation;
-pub(crate) use self::row::{Row, RowHits, RowKind};
-pub(crate) use self::traversal_ray::TraversalRay;
-pub(crate) use self::traverse::HitVisitor;
+pub(crate) use self::query::{HitVisitor, RaySource, TraversalQuery};
+pub(crate) use self::row::{Row, RowKind};
+pub(crate) use self::traversal_ray::{RayReparametrisation, TraversalRay};
 pub(crate) use self::triangle8::LeafHeader;
 use self::triangle8::Triangle8;
 

@@ -3,7 +3,6 @@
 //! Queries are functions of their own, one set for each scalar, so that whoever asks has a call in its loop and not a copy of every
 //! primitive's test. While they look, a hit is known by its slot; it gets its names once it is the answer.
 
-mod kind;
 mod packet;
 mod visitor;
 
@@ -16,10 +15,9 @@ use crate::primitive_set::{Kind, Slot};
 use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::Real;
 use crate::shapes::{PreparedRay, Shape, ShapeHit};
-use crate::stats::TraversalCounter;
+use crate::stats::{TraversalCounter, TraversalStats};
 
-use self::kind::{AnyHit, ClosestHit, QueryKind};
-use self::visitor::{RaySource, Visitor};
+use self::visitor::{AnyHit, ClosestHit, QueryKind, Visitor};
 
 /// No slot of a part: the hit lies in the scene's own set.
 const NO_PART: u32 = u32::MAX;
@@ -42,7 +40,7 @@ impl<R: Real> Geometry<R> {
         let Some(bvh) = self.lanes() else {
             return self.closest_prepared(ray, range, tally).map(|found| self.named(&found));
         };
-        let mut visitor = Visitor::new(self, ray.culls, RaySource::Stored(ray), ClosestHit::new(range), tally);
+        let mut visitor = Visitor { geometry: self, query: ClosestHit::new(range), tally };
         self.visit_stored(bvh, ray, &mut visitor);
         visitor.query.found.as_ref().map(|found| self.named(found))
     }
@@ -91,7 +89,7 @@ impl<R: Real> Geometry<R> {
         let mut accept = |found: SlotHit<R>| ask(&self.named(&found));
         let query = AnyHit::<_, true> { range, accept: &mut accept };
         match self.lanes() {
-            Some(bvh) => self.visit_stored(bvh, ray, &mut Visitor::new(self, ray.culls, RaySource::Stored(ray), query, tally)),
+            Some(bvh) => self.visit_stored(bvh, ray, &mut Visitor { geometry: self, query, tally }),
             None => self.visit_prepared(ray, query, tally),
         }
     }
@@ -125,7 +123,7 @@ impl<R: Real> Geometry<R> {
         tally: &mut T,
     ) -> Option<SlotHit<R>> {
         let (index, side) = (own.index as usize, own.visibility.side.to(ray.culls));
-        tally.primitives(|| 1);
+        tally.count(TraversalStats::ONE);
         let hit = match own.kind {
             Kind::Sphere => self.group.spheres[index].intersect(ray, range, side),
             Kind::Triangle => self.triangle(index).intersect(ray, range, side),

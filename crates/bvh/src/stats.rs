@@ -1,16 +1,17 @@
 //! Counting what queries do.
 
-/// Counts what a query does; `()` counts nothing and costs nothing.
+/// Counts what queries do; `()` counts nothing and costs nothing.
 pub trait TraversalCounter {
-    /// A node's boxes were tested.
-    fn node(&mut self);
-    /// So many primitives were tested. The number is asked for only where it is counted.
-    fn primitives(&mut self, count: impl FnOnce() -> u64);
+    /// Whether anything is counted. Queries that count walk the tree by [`crate::Kernel::Portable`], so that counts do not depend on the processor.
+    const COUNTS: bool;
+    /// Takes what a query did.
+    fn count(&mut self, done: TraversalStats);
 }
 
 impl TraversalCounter for () {
-    fn node(&mut self) {}
-    fn primitives(&mut self, _: impl FnOnce() -> u64) {}
+    const COUNTS: bool = false;
+    #[inline(always)]
+    fn count(&mut self, _: TraversalStats) {}
 }
 
 /// Statistics of a query or of many.
@@ -18,17 +19,23 @@ impl TraversalCounter for () {
 pub struct TraversalStats {
     /// Nodes whose boxes were tested.
     pub nodes: u64,
+    /// Leaves tested: blocks of triangles, rows of spheres or planes, and others one by one.
+    pub leaves: u64,
     /// Primitives tested.
     pub primitives: u64,
 }
 
+impl TraversalStats {
+    /// One primitive that is tested alone.
+    pub(crate) const ONE: Self = Self { nodes: 0, leaves: 1, primitives: 1 };
+}
+
 impl TraversalCounter for TraversalStats {
+    const COUNTS: bool = true;
     #[inline(always)]
-    fn node(&mut self) {
-        self.nodes += 1;
-    }
-    #[inline(always)]
-    fn primitives(&mut self, count: impl FnOnce() -> u64) {
-        self.primitives += count();
+    fn count(&mut self, done: Self) {
+        self.nodes += done.nodes;
+        self.leaves += done.leaves;
+        self.primitives += done.primitives;
     }
 }

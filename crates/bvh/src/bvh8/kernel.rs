@@ -1,16 +1,24 @@
-//! Which code walks the tree: chosen once from what the processor has, the same for every ray.
+//! Which code walks the tree, chosen once from what the processor has, the same for every ray; and where that code is entered: the traversal as a whole,
+//! and the leaves apart from it, whose registers they would take.
+//!
+//! Each entry is a method of the token that proves that the processor has the instructions. It calls a function that is compiled for them, into which
+//! everything else is inlined.
+#![expect(unsafe_code, reason = "calls of functions that are compiled for instructions whose token the caller has")]
 
 use super::Bvh8;
-use super::optimisation_barrier::opaque;
-use super::packet::{PacketResult, PacketState, PacketVisitor};
+use super::Child;
+use super::leaf::{blocks, rows, spheres, triangles};
+use super::packet::{self, PacketResult, PacketState, PacketVisitor};
+use super::projected_ray::{ProjectedRay, Unsure};
+use super::query::{HitVisitor, Mode, TraversalMode, TraversalQuery};
 use super::traversal_ray::{LeafRay, TraversalRay};
-use super::traverse::HitVisitor;
+use super::traversal_simd::TraversalSimd;
+use super::traverse::{traverse, traverse_instance};
+use super::triangle8::Triangle8;
 use crate::aabb::BoundingSphere;
 use crate::instance::RoughInverse;
 use crate::math::simd::{Avx2, Avx512, Portable};
-use crate::ray::{Interval, Ray};
-use crate::scalar::{Real, Vector};
-use crate::shapes::PreparedRay;
+use crate::shapes::{PreparedRay, TriangleHit};
 
 /// Code that walks the tree of `robust`. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,75 +65,239 @@ impl Default for Chosen {
     }
 }
 
-/// A call of an entry for the instructions that a kernel has.
-macro_rules! with {
-    ($kernel:expr, $token:ident => $call:expr) => {
-        match $kernel {
-            Chosen::Portable($token) => $call,
-            Chosen::Avx2($token) => $call,
-            Chosen::Avx512($token) => $call,
+/// An expression in which a type is the mode of a query whose other properties are known.
+macro_rules! by_mode {
+    ($query:expr, $mapped:literal, $counts:literal, $mode:ident => $call:expr) => {
+        if $query.any {
+            type $mode = Mode<true, $mapped, $counts>;
+            $call
+        } else {
+            type $mode = Mode<false, $mapped, $counts>;
+            $call
         }
     };
 }
 
-impl Bvh8 {
-    /// Shows `answer` what the ray meets. Whether it ended the traversal.
-    #[inline(always)]
-    pub(crate) fn visit<R: Real, A: HitVisitor>(&self, ray: &Ray<R>, range: Interval<R>, answer: &mut A) -> bool {
-        // One by one, and on in registers: a load of two numbers would wait for both stores of whoever has just made the ray.
-        let one = |axis: usize| (opaque(ray.origin.axis(axis).to_f32()), opaque(ray.direction.axis(axis).to_f32()));
-        let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], range.min.to_f32());
-        if self.always > 0 && with!(self.kernel, s => s.rows(self, ox, oy, oz, dx, dy, dz, answer)) {
-            return true;
-        }
-        if self.nodes.is_empty() {
-            if self.blocks.is_empty() && self.others.is_empty() {
-                return false;
+/// A call of an entry for the instructions that a kernel has and the mode of a query. Queries that count go through the portable code alone: they are not
+/// timed, and need not be compiled for each set of instructions.
+macro_rules! with {
+    ($kernel:expr, $query:expr, $mapped:literal, $token:ident, $mode:ident => $call:expr) => {
+        match $kernel {
+            _ if $query.counts => {
+                let $token = Portable;
+                by_mode!($query, $mapped, true, $mode => $call)
             }
-            return self.visit_flat(&TraversalRay::new([ox, oy, oz], [dx, dy, dz], near).aim, answer);
+            Chosen::Portable($token) => by_mode!($query, $mapped, false, $mode => $call),
+            Chosen::Avx2($token) => by_mode!($query, $mapped, false, $mode => $call),
+            Chosen::Avx512($token) => by_mode!($query, $mapped, false, $mode => $call),
         }
-        with!(self.kernel, s => s.walk(self, ox, oy, oz, dx, dy, dz, near, answer))
+    };
+}
+
+/// Traversals by whoever has a query: one copy of each, whatever a caller's scalar.
+impl Bvh8 {
+    /// Shows `visitor` what the query's ray meets, which f32 has exactly and which is here one number after the other: a load of two would wait for both
+    /// stores of whoever has just made the ray. Whether that ended the traversal.
+    #[inline(never)]
+    #[expect(clippy::too_many_arguments, reason = "in registers")]
+    pub(crate) fn visit(
+        &self,
+        ox: f32,
+        oy: f32,
+        oz: f32,
+        dx: f32,
+        dy: f32,
+        dz: f32,
+        near: f32,
+        query: &mut TraversalQuery<'_>,
+        visitor: &mut dyn HitVisitor,
+    ) -> bool {
+        // Apart, so that this only passes its registers on.
+        if self.always > 0 || self.nodes.is_empty() {
+            return self.visit_flat(ox, oy, oz, dx, dy, dz, near, query, visitor);
+        }
+        with!(self.kernel, query, false, s, M => s.walk::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor))
     }
 
-    /// The same of blocks and of the rest, one after the other, where there are no nodes.
+    /// The same where something is tested without nodes: rows, and without any nodes blocks and the rest, one after the other.
     #[inline(never)]
-    fn visit_flat<A: HitVisitor>(&self, aim: &LeafRay, answer: &mut A) -> bool {
-        with!(self.kernel, s => s.blocks(self, aim, answer))
+    #[expect(clippy::too_many_arguments, reason = "in registers")]
+    fn visit_flat(
+        &self,
+        ox: f32,
+        oy: f32,
+        oz: f32,
+        dx: f32,
+        dy: f32,
+        dz: f32,
+        near: f32,
+        query: &mut TraversalQuery<'_>,
+        visitor: &mut dyn HitVisitor,
+    ) -> bool {
+        if self.always > 0 && with!(self.kernel, query, false, s, M => s.rows::<M>(self, ox, oy, oz, dx, dy, dz, query, visitor))
+        {
+            return true;
+        }
+        if !self.nodes.is_empty() {
+            return with!(self.kernel, query, false, s, M => s.walk::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor));
+        }
+        if self.blocks.is_empty() && self.others.is_empty() {
+            return false;
+        }
+        let aim = TraversalRay::new([ox, oy, oz], [dx, dy, dz], near).aim;
+        with!(self.kernel, query, false, s, M => s.blocks::<M>(self, &aim, query, visitor))
     }
 
     /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`TraversalRay::mapped`].
     #[inline(never)]
-    pub(crate) fn visit_mapped<A: HitVisitor>(&self, setup: &TraversalRay, answer: &mut A) -> bool {
+    pub(crate) fn visit_mapped(
+        &self,
+        setup: &TraversalRay,
+        query: &mut TraversalQuery<'_>,
+        visitor: &mut dyn HitVisitor,
+    ) -> bool {
+        if self.always > 0 || self.nodes.is_empty() {
+            return self.visit_flat_mapped(setup, query, visitor);
+        }
+        with!(self.kernel, query, true, s, M => s.walk_mapped::<M>(self, setup, query, visitor))
+    }
+
+    /// The same where something is tested without nodes.
+    #[inline(never)]
+    fn visit_flat_mapped(&self, setup: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) -> bool {
         if self.always > 0 {
-            let line = *answer.prepared();
-            if with!(self.kernel, s => s.rows_mapped(self, &line, answer)) {
+            let line = *query.prepared();
+            if with!(self.kernel, query, true, s, M => s.rows_mapped::<M>(self, &line, query, visitor)) {
                 return true;
             }
         }
-        if self.nodes.is_empty() {
-            return self.visit_flat(&setup.aim, answer);
+        if !self.nodes.is_empty() {
+            return with!(self.kernel, query, true, s, M => s.walk_mapped::<M>(self, setup, query, visitor));
         }
-        with!(self.kernel, s => s.walk_mapped(self, setup, answer))
+        with!(self.kernel, query, true, s, M => s.blocks::<M>(self, &setup.aim, query, visitor))
     }
 
     /// The same for a ray of the world that comes to an instance of what this is the tree of; none where another ray has to be made.
-    #[inline(always)]
-    pub(crate) fn visit_instance<A: HitVisitor>(
+    #[inline(never)]
+    pub(crate) fn visit_instance(
         &self,
         inverse: &RoughInverse,
         bounds: &BoundingSphere,
         ray: &PreparedRay,
-        answer: &mut A,
+        query: &mut TraversalQuery<'_>,
+        visitor: &mut dyn HitVisitor,
     ) -> Option<bool> {
         if self.always > 0 || self.nodes.is_empty() {
             return None;
         }
-        with!(self.kernel, s => s.walk_instance(self, inverse, bounds, ray, answer))
+        with!(self.kernel, query, true, s, M => s.walk_instance::<M>(self, inverse, bounds, ray, query, visitor))
     }
 
     /// Shows `meets` what rays from one point meet.
     #[inline(never)]
-    pub(crate) fn visit_packet<M: PacketVisitor>(&self, pencil: &mut PacketState, meets: &mut M) -> PacketResult {
-        with!(self.kernel, s => s.pencil(self, pencil, meets))
+    pub(crate) fn visit_packet(&self, pencil: &mut PacketState, meets: &mut dyn PacketVisitor) -> PacketResult {
+        match self.kernel {
+            Chosen::Portable(s) => s.pencil(self, pencil, meets),
+            Chosen::Avx2(s) => s.pencil(self, pencil, meets),
+            Chosen::Avx512(s) => s.pencil(self, pencil, meets),
+        }
     }
+}
+
+/// Entries of a set of instructions: methods of its token, each of which calls a function that an attribute has compiled for them.
+macro_rules! entries {
+    ($token:ident, $compiled:meta: $(
+        $(#[doc = $about:literal])*
+        $visibility:vis fn $name:ident$(<$G:ident: $Bound:ident>)?($s:ident $(, $argument:ident: $kind:ty)*) { $body:expr } -> $out:ty;
+    )*) => { $(
+        $(#[doc = $about])*
+        #[inline(always)]
+        #[allow(clippy::too_many_arguments, reason = "in registers")]
+        $visibility fn $name$(<$G: $Bound>)?(self $(, $argument: $kind)*) -> $out {
+            #[inline(never)]
+            #[$compiled]
+            #[allow(clippy::too_many_arguments, reason = "in registers")]
+            fn enter$(<$G: $Bound>)?($s: $token $(, $argument: $kind)*) -> $out {
+                $body
+            }
+            #[allow(unused_unsafe, reason = "what every processor has is safe to call")]
+            // SAFETY: `self` exists, so the processor has what the function needs.
+            unsafe { enter$(::<$G>)?(self $(, $argument)*) }
+        }
+    )* };
+}
+
+/// What a query asks of the whole tree.
+macro_rules! traversals {
+    ($token:ident, $compiled:meta) => {
+        entries! { $token, $compiled:
+            /// The walk with these instructions.
+            pub(super) fn walk<M: TraversalMode>(
+                s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
+            ) { traverse::<_, M>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), query, visitor) } -> bool;
+            /// The same for a ray in the space of an instance.
+            pub(super) fn walk_mapped<M: TraversalMode>(s, bvh: &Bvh8, setup: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
+                traverse::<_, M>(s, bvh, setup, query, visitor)
+            } -> bool;
+            /// The same for a ray of the world, by the map of an instance. None where f32 can't tell it well enough.
+            pub(super) fn walk_instance<M: TraversalMode>(
+                s, bvh: &Bvh8, inverse: &RoughInverse, bounds: &BoundingSphere, ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
+            ) { traverse_instance::<_, M>(s, bvh, inverse, bounds, ray, query, visitor) } -> Option<bool>;
+            /// The rows that every query tests.
+            pub(super) fn rows<M: TraversalMode>(
+                s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
+            ) { rows::<_, M>(s, bvh, &PreparedRay::in_world([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
+            /// The same for a ray in the space of an instance.
+            pub(super) fn rows_mapped<M: TraversalMode>(s, bvh: &Bvh8, line: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { rows::<_, M>(s, bvh, line, query, visitor) } -> bool;
+            /// Blocks and the rest where there are no nodes.
+            pub(super) fn blocks<M: TraversalMode>(s, bvh: &Bvh8, aim: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { blocks::<_, M>(s, bvh, aim, query, visitor) } -> bool;
+            /// Rays from one point.
+            pub(super) fn pencil(s, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut dyn PacketVisitor) {
+                packet::walk(s, bvh, pencil, meets)
+            } -> PacketResult;
+        }
+    };
+}
+
+/// What a traversal asks of a leaf, apart from it, whose registers that would take, with the exact test of a lane.
+macro_rules! leaves {
+    ($token:ident, $compiled:meta, $crossing:expr) => {
+        #[inline(always)]
+        fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
+            #[allow(unused_unsafe, reason = "what every processor has is safe to call")]
+            // SAFETY: `self` exists, so the processor has what the function needs.
+            unsafe {
+                $crossing(block, lane, sight)
+            }
+        }
+        entries! { $token, $compiled:
+            fn settle<M: TraversalMode>(s, bvh: &Bvh8, number: usize, lanes: u32, aim: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
+                triangles::<_, M>(s, bvh, number, lanes, aim, query, visitor)
+            } -> bool;
+            fn spheres<M: TraversalMode>(s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, line: &mut Option<PreparedRay>, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
+                spheres::<_, M>(s, bvh, leaf, aim, line, query, visitor)
+            } -> bool;
+        }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+pub(super) use {entries, leaves};
+
+impl Portable {
+    traversals!(Portable, cfg(all()));
+}
+
+impl TraversalSimd for Portable {
+    leaves!(Portable, cfg(all()), |_, _, _| Err(Unsure));
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Avx2 {
+    traversals!(Avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Avx512 {
+    traversals!(Avx512, target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
 }

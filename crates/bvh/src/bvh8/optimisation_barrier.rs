@@ -4,7 +4,7 @@
 /// The same number, in the register where it is. A compiler that finds three or four numbers side by side puts them into one vector by as many
 /// instructions as that spares, and what reads one of them waits for all.
 #[inline(always)]
-pub(super) fn opaque(value: f32) -> f32 {
+pub(crate) fn opaque(value: f32) -> f32 {
     #[cfg(target_arch = "x86_64")]
     {
         let mut value = value;

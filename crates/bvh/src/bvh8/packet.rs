@@ -144,12 +144,7 @@ const MOST_LEAVES: u32 = 32;
 
 /// Asks about all that the rays may meet.
 #[inline(always)]
-pub(super) fn walk<S: TraversalSimd, M: PacketVisitor>(
-    s: S,
-    bvh: &Bvh8,
-    pencil: &mut PacketState,
-    meets: &mut M,
-) -> PacketResult {
+pub(super) fn walk<S: TraversalSimd>(s: S, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut dyn PacketVisitor) -> PacketResult {
     let has_boxes = !(bvh.nodes.is_empty() && bvh.blocks.is_empty());
     let bundle = if has_boxes { Bundle::new(s, pencil) } else { None };
     if has_boxes && bundle.is_none() {
@@ -174,7 +169,7 @@ pub(super) fn walk<S: TraversalSimd, M: PacketVisitor>(
 
 /// Spheres or planes, each asked about eight rays at a time.
 #[inline(always)]
-fn rows_of_lanes<S: Simd, M: PacketVisitor>(s: S, rows: &[Row], pencil: &mut PacketState, meets: &M) {
+fn rows_of_lanes<S: Simd>(s: S, rows: &[Row], pencil: &mut PacketState, meets: &dyn PacketVisitor) {
     let origin = Vec3::from(pencil.origin).as_dvec3();
     for group in 0..GROUPS {
         let first = group * WIDTH;
@@ -213,13 +208,13 @@ fn greatest_far(pencil: &PacketState) -> f32 {
 
 /// Down the tree; whether to its end.
 #[inline(always)]
-fn down<S: TraversalSimd, M: PacketVisitor>(
+fn down<S: TraversalSimd>(
     s: S,
     bvh: &Bvh8,
     bundle: &Bundle<S>,
     pencil: &mut PacketState,
     exact: &mut Option<[Rays8; GROUPS]>,
-    meets: &mut M,
+    meets: &mut dyn PacketVisitor,
 ) -> bool {
     let (mut far, mut leaves) = (greatest_far(pencil), 0);
     let (mut stack, mut top, mut current) = (Stack::new(), 0, Child(0));

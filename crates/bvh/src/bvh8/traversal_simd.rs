@@ -1,9 +1,9 @@
 //! What a traversal asks of a set of instructions besides lanes: its stack, the exact test of some lanes, and leaves apart from it.
 
 use super::projected_ray::{ProjectedRay, Unsure};
+use super::query::{HitVisitor, TraversalMode, TraversalQuery};
 use super::stack::{Stack, Waiting};
 use super::traversal_ray::LeafRay;
-use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, Lanes, WIDTH};
 use crate::math::simd::Simd;
@@ -36,15 +36,24 @@ pub(super) trait TraversalSimd: Simd {
     /// The exact test of a lane, where this has one of its own.
     fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure>;
     /// [`super::leaf::triangles`], compiled for this and apart from the walk, whose registers it would take.
-    fn settle<A: HitVisitor>(self, bvh: &Bvh8, number: usize, lanes: u32, aim: &LeafRay, answer: &mut A) -> bool;
+    fn settle<M: TraversalMode>(
+        self,
+        bvh: &Bvh8,
+        number: usize,
+        lanes: u32,
+        aim: &LeafRay,
+        query: &mut TraversalQuery<'_>,
+        visitor: &mut dyn HitVisitor,
+    ) -> bool;
     /// [`super::leaf::spheres`], the same way.
-    fn spheres<A: HitVisitor>(
+    fn spheres<M: TraversalMode>(
         self,
         bvh: &Bvh8,
         leaf: Child,
         aim: &LeafRay,
         line: &mut Option<PreparedRay>,
-        answer: &mut A,
+        query: &mut TraversalQuery<'_>,
+        visitor: &mut dyn HitVisitor,
     ) -> bool;
 }
 

@@ -8,48 +8,16 @@ use core::marker::PhantomData;
 use super::filter::spread;
 use super::leaf::candidates;
 use super::optimisation_barrier::in_memory;
-use super::row::RowHits;
+use super::query::{HitVisitor, TraversalMode, TraversalQuery};
 use super::stack::{Stack, Waiting};
-use super::traversal_ray::{RoughRay, TraversalRay};
+use super::traversal_ray::{RayReparametrisation, RoughRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
-use super::triangle8::LeafHeader;
 use super::{Bvh8, Child, Node, WIDTH};
 use crate::aabb::BoundingSphere;
 use crate::instance::RoughInverse;
 use crate::math::simd::Simd;
 use crate::processor::prefetch_line;
-use crate::ray::Interval;
-use crate::shapes::{PreparedRay, TriangleHit};
-use crate::stats::TraversalCounter;
-
-/// What a query makes of what a walk meets.
-pub(crate) trait HitVisitor {
-    /// Whether any hit will do. Then children are visited in no order.
-    const ANY: bool;
-    /// Whether the ray of the walk was rounded, see [`TraversalRay::mapped`]: then the exact tests take [`HitVisitor::prepared`].
-    const MAPPED: bool;
-    type Counter: TraversalCounter;
-    /// The walk counts distances from here on.
-    fn starts(&mut self, at: f32);
-    /// The ray as exact tests have it, made when the first one asks.
-    fn prepared(&mut self) -> &PreparedRay;
-    /// The greatest distance that still counts.
-    fn far(&self) -> f32;
-    /// Where hits count.
-    fn range(&self) -> Interval<f32>;
-    /// Whether the ray passes backs that are culled.
-    fn culls(&self) -> bool;
-    /// What counts tests.
-    fn counter(&mut self) -> &mut Self::Counter;
-    /// The lanes of a block that matter, and those of which a hit within the range counts whatever it is: it ends a walk that any hit ends.
-    fn lanes(&self, facts: &LeafHeader) -> [u32; 2];
-    /// A triangle of a block is hit at some distance. True ends the walk.
-    fn triangle(&mut self, facts: &LeafHeader, lane: usize, met: &TriangleHit) -> bool;
-    /// These of a row are hit within the range. True ends the walk.
-    fn row(&mut self, facts: &LeafHeader, roots: &RowHits<[f32; WIDTH]>) -> bool;
-    /// Another primitive is met. True ends the walk.
-    fn other(&mut self, place: usize) -> bool;
-}
+use crate::shapes::PreparedRay;
 
 /// Where boxes end, and triangles.
 #[derive(Clone, Copy)]
@@ -68,17 +36,17 @@ impl<S: Simd> RayEnd<S> {
 }
 
 /// The ray in all lanes, as boxes need it. The origin is taken with its sign turned: what is added to it need not be in a register.
-struct Slabs<S: Simd, A> {
+struct Slabs<S: Simd, M> {
     minus_origin: [S::Floats; 3],
     inverse: [S::Floats; 3],
     widened: [S::Floats; 3],
     early: [S::Floats; 3],
     late: [S::Floats; 3],
     near: S::Floats,
-    visitor: PhantomData<A>,
+    mode: PhantomData<M>,
 }
 
-impl<S: Simd, A: HitVisitor> Slabs<S, A> {
+impl<S: Simd, M: TraversalMode> Slabs<S, M> {
     #[inline(always)]
     fn new(s: S, setup: &TraversalRay) -> Self {
         let TraversalRay { slopes, aim } = setup;
@@ -90,7 +58,7 @@ impl<S: Simd, A: HitVisitor> Slabs<S, A> {
             early: spread(s, slopes.early),
             late: spread(s, slopes.late),
             near: s.splat(aim.near),
-            visitor: PhantomData,
+            mode: PhantomData,
         }
     }
 
@@ -103,12 +71,12 @@ impl<S: Simd, A: HitVisitor> Slabs<S, A> {
     #[inline(always)]
     fn entry(&self, s: S, node: &Node, axis: usize, place: usize) -> S::Floats {
         let offset = self.offset(s, node, axis, place);
-        if A::MAPPED { s.mul_sub(offset, self.inverse[axis], self.early[axis]) } else { s.mul(offset, self.inverse[axis]) }
+        if M::MAPPED { s.mul_sub(offset, self.inverse[axis], self.early[axis]) } else { s.mul(offset, self.inverse[axis]) }
     }
 
     #[inline(always)]
     fn exit(&self, s: S, node: &Node, axis: usize, place: usize) -> S::Floats {
-        let late = self.late[if A::MAPPED { axis } else { 0 }];
+        let late = self.late[if M::MAPPED { axis } else { 0 }];
         s.mul_add(self.offset(s, node, axis, place), self.widened[axis], late)
     }
 }
@@ -126,32 +94,39 @@ fn fetch(bvh: &Bvh8, child: Child) {
 
 /// The walk of a ray of the world through the tree of what an instance shows; none where f32 can't tell it well enough.
 #[inline(always)]
-pub(super) fn traverse_instance<S: TraversalSimd, A: HitVisitor>(
+pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
     s: S,
     bvh: &Bvh8,
     inverse: &RoughInverse,
     bounds: &BoundingSphere,
     ray: &PreparedRay,
-    answer: &mut A,
+    query: &mut TraversalQuery<'_>,
+    visitor: &mut dyn HitVisitor,
 ) -> Option<bool> {
-    let (setup, start) = match TraversalRay::roughly_mapped(inverse, ray, answer.range().min, bounds) {
+    let (setup, start) = match TraversalRay::roughly_mapped(inverse, ray, query.range.min, bounds) {
         RoughRay::Misses => return Some(false),
         RoughRay::Meets(setup, start) => (setup, start),
         RoughRay::TooRough => return None,
     };
-    answer.starts(start);
-    Some(traverse(s, bvh, &setup, answer))
+    query.rebase = RayReparametrisation { start: start.into(), scale: 1.0 };
+    Some(traverse::<S, M>(s, bvh, &setup, query, visitor))
 }
 
-/// Whether some answer ended the walk.
+/// Whether some hit ended the walk.
 #[inline(always)]
-pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup: &TraversalRay, answer: &mut A) -> bool {
-    let slabs = Slabs::<S, A>::new(s, setup);
+pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
+    s: S,
+    bvh: &Bvh8,
+    setup: &TraversalRay,
+    query: &mut TraversalQuery<'_>,
+    visitor: &mut dyn HitVisitor,
+) -> bool {
+    let slabs = Slabs::<S, M>::new(s, setup);
     // Places among a node's planes, as [`Node`] has them.
     let [sx, sy, sz] = setup.slopes.side.map(|side| (side & 1) * WIDTH);
     // Apart from the slopes, which need no place in memory.
     let aim = setup.aim;
-    let mut far = RayEnd::new(s, answer.far());
+    let mut far = RayEnd::new(s, query.far::<M>());
     let (mut stack, mut line) = (Stack::new(), None);
     let (mut top, mut current) = (0, Child(0));
     loop {
@@ -159,7 +134,7 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
         let left = loop {
             if !current.is_leaf() {
                 let node = &bvh.nodes[current.node()];
-                answer.counter().node();
+                query.count_node::<M>();
                 let entry = s.max(
                     s.max(slabs.entry(s, node, 0, sx), slabs.entry(s, node, 1, sy)),
                     s.max(slabs.entry(s, node, 2, sz), slabs.near),
@@ -184,7 +159,7 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
                         fetch(bvh, Child(a.0.max(b.0) as u32));
                         continue;
                     }
-                    top = if A::ANY {
+                    top = if M::ANY {
                         s.push(&mut stack, top, &node.children, entry, entered)
                     } else {
                         s.push_sorted(&mut stack, top, &node.children, entry, entered)
@@ -199,7 +174,7 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
                 // Its places are read for each block: the walk has no registers left for them.
                 let bvh = in_memory(bvh);
                 prefetch_line(bvh.facts.as_ptr().wrapping_add(current.index()));
-                match candidates(s, bvh, current.index(), in_memory(&aim), [far.value, far.last], answer) {
+                match candidates::<S, M>(s, bvh, current.index(), in_memory(&aim), [far.value, far.last], query) {
                     None => return true,
                     Some(0) => {}
                     Some(lanes) => break lanes,
@@ -212,15 +187,15 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup:
             current = next;
         };
         let over = match left {
-            0 if current.is_row() => s.spheres(bvh, current, &aim, &mut line, answer),
-            0 => answer.other(current.index()),
-            lanes => s.settle(bvh, current.index(), lanes, &aim, answer),
+            0 if current.is_row() => s.spheres::<M>(bvh, current, &aim, &mut line, query, visitor),
+            0 => visitor.other(query, current.index()),
+            lanes => s.settle::<M>(bvh, current.index(), lanes, &aim, query, visitor),
         };
         if over {
             return true;
         }
-        if !A::ANY && answer.far() != far.value {
-            far = RayEnd::new(s, answer.far());
+        if !M::ANY && query.far::<M>() != far.value {
+            far = RayEnd::new(s, query.far::<M>());
         }
         // SAFETY: everything below the top was written.
         let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else { return false };

@@ -1,6 +1,6 @@
 //! What a traversal asks of AVX2 and AVX-512.
 //!
-//! The unsafe code of the project lies in this crate: in the modules of `bvh8` that say so at their top (this one, `entries`, `stack`,
+//! The unsafe code of the project lies in this crate: in the modules of `bvh8` that say so at their top (this one, `kernel`, `stack`,
 //! `traverse`, `packet` and `optimisation_barrier`), in `math/simd`, `processor.rs`, `memory.rs` and `heap.rs`. Here it is of three kinds.
 //! *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists only where the processor was seen to have them, and methods of a token use
 //! no others. *Memory*: loads and stores go through pointers made from arrays of just that many numbers. *The stack*: its room is written
@@ -11,13 +11,13 @@ mod exact;
 
 use core::arch::x86_64::*;
 
-use super::entries::{entries, leaves};
+use super::kernel::{entries, leaves};
 use super::leaf::{spheres, triangles};
 use super::projected_ray::{ProjectedRay, Unsure};
+use super::query::{HitVisitor, TraversalMode, TraversalQuery};
 use super::stack::{Stack, Waiting};
 use super::traversal_ray::LeafRay;
 use super::traversal_simd::TraversalSimd;
-use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
 use crate::math::simd::{Avx2, Avx512, Simd};

@@ -1,15 +1,164 @@
-//! What the tree's hits are to a query: one visitor for every kind of query.
+//! The kinds of queries: the closest hit, and any hit that is accepted; and how each is shown what a ray meets.
 
-use super::kind::QueryKind;
+use core::any::Any;
+
 use super::{NO_PART, SlotHit};
-use crate::bvh8::{Bvh8, HitVisitor, Lanes, LeafHeader, RayReparametrisation, RowHits, TraversalRay, WIDTH};
+use crate::bvh8::{Bvh8, HitVisitor, RayReparametrisation, RaySource, TraversalQuery, TraversalRay, opaque};
 use crate::geometry::Geometry;
 use crate::instance::Instance;
+use crate::primitive_set::{Kind, Slot};
 use crate::processor::prefetch;
-use crate::ray::{Interval, Ray};
-use crate::scalar::Real;
-use crate::shapes::{PreparedRay, Transform, TriangleHit};
-use crate::stats::TraversalCounter;
+use crate::ray::{Interval, Occlusion, Ray};
+use crate::scalar::{Real, Vector};
+use crate::shapes::PreparedRay;
+use crate::stats::{TraversalCounter, TraversalStats};
+
+/// A kind of query: what it makes of a hit.
+pub(super) trait QueryKind<R: Real>: Sized {
+    /// Whether any hit will do.
+    const ANY: bool;
+    /// Where hits count.
+    fn range(&self) -> Interval<R>;
+    /// The greatest distance that still counts.
+    fn far(&self) -> R;
+    /// The same query by this ray.
+    #[inline(always)]
+    fn in_space_of(self, _ray: &PreparedRay) -> Self {
+        self
+    }
+    /// Takes a hit within the range. Whether it ends the query.
+    fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool;
+    /// Takes the hit of one primitive, where there is one. Whether it ends the query.
+    #[inline(always)]
+    fn test<T: TraversalCounter>(
+        &mut self,
+        geometry: &Geometry<R>,
+        slot: (u32, &Slot),
+        ray: &PreparedRay,
+        tally: &mut T,
+    ) -> bool {
+        geometry.test(slot, ray, self.range(), tally).is_some_and(|found| self.take(geometry, found))
+    }
+}
+
+/// The running answer of a closest-hit query. `range.max` is kept one step above the best distance, so that a hit at exactly
+/// the same distance is still seen and the lower one can win.
+///
+/// Distances that are rounded to f32 are equal of themselves where surfaces lie in one place. In f64 each shape's test leaves last digits of
+/// its own, and now the one would win and now the other. There `range.max` is kept as far beyond as rounding may reach, and whether
+/// another hit came so close is kept too.
+pub(super) struct ClosestHit<R: Real> {
+    pub range: Interval<R>,
+    pub found: Option<SlotHit<R>>,
+    /// Greatest coordinate of the ray's origin in lengths of its direction, as distances are, where equal distances may differ.
+    pub origin: R,
+    pub is_contested: bool,
+}
+
+impl<R: Real> ClosestHit<R> {
+    /// Of what distances and coordinates are, what equal distances differ by at most: some hundred roundings of f64, which a ray within two
+    /// degrees of a surface makes of a test's ten.
+    const EQUAL: f64 = 1.0 / (1_u64 << 44) as f64;
+
+    #[inline(always)]
+    pub fn new(range: Interval<R>) -> Self {
+        Self { range, found: None, origin: R::ZERO, is_contested: false }
+    }
+
+    /// What distances that are equal but for rounding differ by.
+    #[inline(always)]
+    fn slack(&self, t: R) -> R {
+        (self.origin + t.abs()) * R::from_f64(Self::EQUAL)
+    }
+}
+
+impl<R: Real> QueryKind<R> for ClosestHit<R> {
+    const ANY: bool = false;
+
+    #[inline(always)]
+    fn range(&self) -> Interval<R> {
+        self.range
+    }
+    #[inline(always)]
+    fn far(&self) -> R {
+        // In f64 hits count a little beyond the nearest.
+        if !R::IS_SINGLE {
+            return self.range.max;
+        }
+        self.found.as_ref().map_or_else(|| self.range.max.next_down(), |found| found.t)
+    }
+    #[inline(always)]
+    fn in_space_of(self, ray: &PreparedRay) -> Self {
+        if R::IS_SINGLE {
+            return self;
+        }
+        Self { origin: R::from_f64(ray.origin.abs().max_element() * ray.inverse_length_squared.sqrt()), ..self }
+    }
+    #[inline(always)]
+    fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool {
+        let order = |found: &SlotHit<R>| geometry.group.slots[found.slot as usize].order();
+        // Whether distances are not rounded to f32.
+        let is_exact = !R::IS_SINGLE;
+        if is_exact && let Some(best) = &self.found {
+            self.is_contested |= (found.t - best.t).abs() <= self.slack(best.t);
+        }
+        let better = match &self.found {
+            None => true,
+            Some(best) => found.t < best.t || (found.t == best.t && order(&found) < order(best)),
+        };
+        if better {
+            let equal = if is_exact { found.t + self.slack(found.t) } else { found.t };
+            self.range.max = if is_exact { self.range.max.min(equal.next_up()) } else { equal.next_up() };
+            self.found = Some(found);
+        }
+        false
+    }
+}
+
+/// Any hit that is accepted. `BY_VISIBILITY`: by what its object is to such queries, so that an opaque one is not shown first; otherwise each
+/// hit is shown, as in an instance, whose own visibility decides.
+pub(super) struct AnyHit<'f, R: Real, const BY_VISIBILITY: bool> {
+    pub range: Interval<R>,
+    pub accept: &'f mut dyn FnMut(SlotHit<R>) -> bool,
+}
+
+impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIBILITY> {
+    const ANY: bool = true;
+
+    #[inline(always)]
+    fn range(&self) -> Interval<R> {
+        self.range
+    }
+    #[inline(always)]
+    fn far(&self) -> R {
+        self.range.max.next_down()
+    }
+    #[inline(always)]
+    fn take(&mut self, _: &Geometry<R>, found: SlotHit<R>) -> bool {
+        (self.accept)(found)
+    }
+    #[inline(always)]
+    fn test<T: TraversalCounter>(
+        &mut self,
+        geometry: &Geometry<R>,
+        slot: (u32, &Slot),
+        ray: &PreparedRay,
+        tally: &mut T,
+    ) -> bool {
+        let (own, range) = (slot.1, self.range);
+        let opaque = BY_VISIBILITY && own.visibility.occlusion == Occlusion::Opaque;
+        if BY_VISIBILITY && own.visibility.occlusion == Occlusion::None {
+            return false;
+        }
+        let mut accepts = |found: SlotHit<R>| opaque || (self.accept)(found);
+        if BY_VISIBILITY && own.kind == Kind::Instance {
+            let mut accepts = |found: SlotHit<R>| accepts(SlotHit { slot: slot.0, inner: found.slot, ..found });
+            let query = AnyHit::<_, false> { range, accept: &mut accepts };
+            return geometry.visit_instance(own.index as usize, ray, query, tally).0;
+        }
+        geometry.test(slot, ray, range, tally).is_some_and(accepts)
+    }
+}
 
 impl<R: Real> Geometry<R> {
     /// Shows a query what a ray in the tree's own scalar meets. Returns whether that ended it.
@@ -18,10 +167,19 @@ impl<R: Real> Geometry<R> {
         &self,
         bvh: &Bvh8,
         ray: &Ray<R>,
-        visitor: &mut Visitor<'_, R, Q, T, false>,
+        visitor: &mut Visitor<'_, R, Q, T>,
     ) -> bool {
-        self.unbounded > self.planes && self.visit_unbounded(ray, &mut visitor.query, visitor.tally)
-            || bvh.visit(ray, visitor.query.range(), visitor)
+        if self.unbounded > self.planes && self.visit_unbounded(ray, &mut visitor.query, visitor.tally) {
+            return true;
+        }
+        // It is one: only of what is stored in f32 is a tree walked by the ray as it is.
+        let Some(single) = (ray as &dyn Any).downcast_ref() else { return false };
+        let mut query = visitor.traversal(ray.culls, RaySource::Stored(single, self.faces));
+        let one = |axis: usize| (opaque(ray.origin.axis(axis).to_f32()), opaque(ray.direction.axis(axis).to_f32()));
+        let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], query.range.min);
+        let over = bvh.visit(ox, oy, oz, dx, dy, dz, near, &mut query, visitor);
+        visitor.count(&query);
+        over
     }
 
     #[inline(never)]
@@ -52,9 +210,10 @@ impl<R: Real> Geometry<R> {
     fn traverse<Q: QueryKind<R>, T: TraversalCounter>(&self, ray: &PreparedRay, query: Q, tally: &mut T) -> (bool, Q) {
         let near = query.range().min.to_f64();
         let (setup, rebase) = TraversalRay::mapped(ray.origin, ray.direction, near, &self.bounded_part());
-        let mut visitor = Visitor::<_, _, _, true>::new(self, ray.culls, RaySource::Prepared(ray), query, tally);
-        visitor.rebase = rebase;
-        let over = self.bvh.visit_mapped(&setup, &mut visitor);
+        let mut visitor = Visitor { geometry: self, query, tally };
+        let mut query = TraversalQuery { rebase, ..visitor.traversal(ray.culls, RaySource::Prepared(ray)) };
+        let over = self.bvh.visit_mapped(&setup, &mut query, &mut visitor);
+        visitor.count(&query);
         (over, visitor.query)
     }
 
@@ -75,9 +234,11 @@ impl<R: Real> Geometry<R> {
         if let Some(bvh) = part.lanes()
             && part.unbounded == 0
         {
-            let source = RaySource::Under(&instance.transform, ray);
-            let mut visitor = Visitor::<_, _, _, true>::new(part, ray.culls, source, query, tally);
-            if let Some(over) = bvh.visit_instance(&instance.to_object, &part.sphere, ray, &mut visitor) {
+            let mut visitor = Visitor { geometry: part, query, tally: &mut *tally };
+            let mut traversal = visitor.traversal(ray.culls, RaySource::Under(&instance.transform, ray));
+            let over = bvh.visit_instance(&instance.to_object, &part.sphere, ray, &mut traversal, &mut visitor);
+            visitor.count(&traversal);
+            if let Some(over) = over {
                 return (over, visitor.query);
             }
             query = visitor.query;
@@ -101,130 +262,64 @@ impl<R: Real> Geometry<R> {
     }
 }
 
-/// From what the ray of exact tests is made.
-#[derive(Clone, Copy)]
-pub(super) enum RaySource<'a, R: Real> {
-    Stored(&'a Ray<R>),
-    /// A ray of the world, and the map of an instance.
-    Under(&'a Transform, &'a PreparedRay),
-    Prepared(&'a PreparedRay),
-}
-
-impl<'a, R: Real> RaySource<'a, R> {
-    /// The ray of exact tests, where it is or in a place of its own.
-    #[inline(always)]
-    fn prepared<'b>(self, geometry: &Geometry<R>, place: &'b mut Option<PreparedRay>) -> &'b PreparedRay
-    where
-        'a: 'b,
-    {
-        match self {
-            RaySource::Prepared(ray) => ray,
-            RaySource::Stored(ray) => place.get_or_insert_with(|| geometry.prepare(*ray)),
-            RaySource::Under(transform, ray) => place.get_or_insert_with(|| transform.probe_to_object(ray)),
-        }
-    }
-}
-
-/// Hands what a traversal meets to a query. `MAPPED`: by a ray that was rounded, see [`TraversalRay::mapped`].
-pub(super) struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
-    geometry: &'a Geometry<R>,
-    culls: bool,
-    ray: RaySource<'a, R>,
-    /// Made from it once something asks.
-    prepared: Option<PreparedRay>,
+/// Hands what a traversal meets to a query.
+pub(super) struct Visitor<'a, R: Real, Q, T> {
+    pub geometry: &'a Geometry<R>,
     pub query: Q,
-    rebase: RayReparametrisation,
-    tally: &'a mut T,
+    pub tally: &'a mut T,
 }
 
-impl<'a, R: Real, Q, T, const MAPPED: bool> Visitor<'a, R, Q, T, MAPPED> {
-    /// In its place from the start, where it is read: to move it would wait for its stores.
+impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> Visitor<'_, R, Q, T> {
+    /// The query as a traversal has it.
     #[inline(always)]
-    pub fn new(geometry: &'a Geometry<R>, culls: bool, ray: RaySource<'a, R>, query: Q, tally: &'a mut T) -> Self {
-        Self { geometry, culls, ray, prepared: None, query, rebase: RayReparametrisation::default(), tally }
-    }
-}
-
-impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisitor for Visitor<'_, R, Q, T, MAPPED> {
-    const ANY: bool = Q::ANY;
-    const MAPPED: bool = MAPPED;
-    type Counter = T;
-
-    #[inline(always)]
-    fn starts(&mut self, at: f32) {
-        self.rebase = RayReparametrisation { start: at.into(), scale: 1.0 };
-    }
-
-    #[inline(always)]
-    fn prepared(&mut self) -> &PreparedRay {
-        self.ray.prepared(self.geometry, &mut self.prepared)
-    }
-
-    #[inline(always)]
-    fn far(&self) -> f32 {
-        let far = self.query.far().to_f32();
-        if MAPPED { self.rebase.far(far) } else { far }
-    }
-
-    #[inline(always)]
-    fn range(&self) -> Interval<f32> {
-        let range = self.query.range();
-        Interval { min: range.min.to_f32(), max: range.max.to_f32() }
-    }
-
-    #[inline(always)]
-    fn culls(&self) -> bool {
-        self.culls
-    }
-
-    #[inline(always)]
-    fn counter(&mut self) -> &mut T {
-        self.tally
-    }
-
-    #[inline(always)]
-    fn lanes(&self, facts: &LeafHeader) -> [u32; 2] {
-        if !Q::ANY {
-            return [u32::MAX, 0];
+    fn traversal<'a>(&self, culls: bool, source: RaySource<'a>) -> TraversalQuery<'a> {
+        let Interval { min, max } = self.query.range();
+        TraversalQuery {
+            any: Q::ANY,
+            counts: T::COUNTS,
+            range: Interval { min: min.to_f32(), max: max.to_f32() },
+            far: self.query.far().to_f32(),
+            culls,
+            source,
+            prepared: None,
+            rebase: RayReparametrisation::default(),
+            stats: TraversalStats::default(),
         }
-        let [wanted, opaque] = Q::lanes(facts);
-        [wanted.into(), (opaque & !(facts.outside_alone(self.culls) | facts.inside)).into()]
+    }
+
+    /// Lets a traversal know how far the query still looks.
+    #[inline(always)]
+    fn narrow(&self, query: &mut TraversalQuery<'_>) {
+        if !Q::ANY {
+            query.range.max = self.query.range().max.to_f32();
+            query.far = self.query.far().to_f32();
+        }
     }
 
     #[inline(always)]
-    fn triangle(&mut self, facts: &LeafHeader, lane: usize, met: &TriangleHit) -> bool {
-        let [t, u, v] = [met.t, met.weights[0], met.weights[1]].map(R::from_f32);
-        let found = SlotHit { t, u, v, slot: facts.first + lane as u32, inner: NO_PART };
+    fn count(&mut self, query: &TraversalQuery<'_>) {
+        if T::COUNTS {
+            self.tally.count(query.stats);
+        }
+    }
+}
+
+impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> HitVisitor for Visitor<'_, R, Q, T> {
+    fn hit(&mut self, query: &mut TraversalQuery<'_>, slot: u32, t: f32, u: f32, v: f32) -> bool {
         if !Q::ANY {
             // Its names are asked for when the traversal is over.
-            prefetch(&self.geometry.group.slots, found.slot as usize);
+            prefetch(&self.geometry.group.slots, slot as usize);
         }
-        if !(facts.accepts(lane, met.from_outside, self.culls) && self.query.range().contains(t)) {
-            return false;
-        }
-        Q::lanes(facts)[1] >> lane & 1 != 0 || self.query.take(self.geometry, found)
+        let [t, u, v] = [t, u, v].map(R::from_f32);
+        let over = self.query.take(self.geometry, SlotHit { t, u, v, slot, inner: NO_PART });
+        self.narrow(query);
+        over
     }
 
-    #[inline(always)]
-    fn row(&mut self, facts: &LeafHeader, roots: &RowHits<[f32; WIDTH]>) -> bool {
-        let [wanted, opaque] = Q::lanes(facts);
-        if roots.hits & u32::from(opaque) != 0 {
-            return true;
-        }
-        for lane in Lanes(roots.hits & u32::from(wanted)) {
-            let v = if roots.leaving >> lane & 1 == 0 { R::ZERO } else { R::ONE };
-            let t = R::from_f32(roots.t[lane]);
-            if self.query.take(self.geometry, SlotHit { t, u: R::ZERO, v, slot: facts.first + lane as u32, inner: NO_PART }) {
-                return true;
-            }
-        }
-        false
-    }
-
-    #[inline(never)]
-    fn other(&mut self, place: usize) -> bool {
-        let geometry = self.geometry;
-        let ray = self.ray.prepared(geometry, &mut self.prepared);
-        geometry.bounded(place..place + 1).any(|slot| self.query.test(geometry, slot, ray, self.tally))
+    fn other(&mut self, query: &mut TraversalQuery<'_>, place: usize) -> bool {
+        let (geometry, ray) = (self.geometry, query.prepared());
+        let over = geometry.bounded(place..place + 1).any(|slot| self.query.test(geometry, slot, ray, self.tally));
+        self.narrow(query);
+        over
     }
 }

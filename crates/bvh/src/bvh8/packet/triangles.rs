@@ -159,14 +159,14 @@ impl TriangleOrigin8 {
 
 /// The triangles of a block.
 #[inline(always)]
-pub(super) fn block<S: Simd, M: PacketVisitor>(
+pub(super) fn block<S: Simd>(
     s: S,
     bvh: &Bvh8,
     number: usize,
     bundle: &Bundle<S>,
     pencil: &mut PacketState,
     exact: &mut Option<[Rays8; GROUPS]>,
-    meets: &mut M,
+    meets: &mut dyn PacketVisitor,
 ) {
     let seen = TriangleOrigin8::new(s, bundle, &bvh.blocks[number], greatest_far(pencil));
     for lane in Lanes(seen.lanes) {
@@ -185,14 +185,14 @@ pub(super) fn block<S: Simd, M: PacketVisitor>(
 
 /// The exact test of a triangle for some rays of a group.
 #[inline(always)]
-fn settle<S: Simd, M: PacketVisitor>(
+fn settle<S: Simd>(
     s: S,
     bvh: &Bvh8,
     [number, lane, group]: [usize; 3],
     left: u32,
     rays: &Rays8,
     pencil: &mut PacketState,
-    meets: &M,
+    meets: &dyn PacketVisitor,
 ) {
     let triangle: Triangle<f32> = bvh.blocks[number].triangle(lane);
     let facts = &bvh.facts[number];
