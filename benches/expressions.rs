@@ -3,15 +3,13 @@
 //! Each formula is timed three ways, in turns, on the same hits: the program; a boxed closure, called as a renderer would
 //! call one that it keeps with a material; and a closure that the compiler may inline into the loop, which no renderer of
 //! scenes from files can have, as the lower bound. Two tables: of few hits, which the processor's branch predictor soon
-//! knows by heart, and of more than it can, as in a picture. `cargo bench --bench expressions` prints them, then
-//! criterion's own measurements for comparing one state of the code with another.
+//! knows by heart, and of more than it can, as in a picture. `cargo bench --bench expressions` prints them.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::time::Instant;
 
-use criterion::Criterion;
 use glam::Vec3;
 use raywright_core::expr::{Inputs, Programs, Scope, compile};
 use raywright_core::noise::{turbulence2, turbulence3};
@@ -165,17 +163,7 @@ fn table(cases: &[Case], hits: &[Inputs<f32>], rounds: usize) {
 }
 
 fn main() {
-    let (cases, hits) = (cases(), hits(256));
-    table(&cases, &hits, 1001);
-    table(&cases, &self::hits(4096), 201);
-    let mut criterion = Criterion::default().configure_from_args();
-    for case in &cases {
-        let mut group = criterion.benchmark_group(format!("expressions/{}", case.name));
-        group.bench_function("program", |b| {
-            b.iter(|| hits.iter().map(|hit| case.program.vector(0, black_box(hit))).sum::<Vec3>())
-        });
-        group.bench_function("closure", |b| b.iter(|| hits.iter().map(|hit| (case.boxed)(black_box(hit))).sum::<Vec3>()));
-        group.finish();
-    }
-    criterion.final_summary();
+    let cases = cases();
+    table(&cases, &hits(256), 1001);
+    table(&cases, &hits(4096), 201);
 }

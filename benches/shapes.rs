@@ -1,18 +1,23 @@
 //! What a test of each shape costs in each precision, and what the surface at a hit costs: nanoseconds per test.
 //!
-//! Rays from a sphere around aim at points near the shape, so that about half of them hit; each iteration is one test. The
-//! precisions of a shape run one after another, so that drift of the machine shows as a difference between shapes.
+//! Rays from a sphere around aim at points near the shape, so that about half of them hit. The precisions of a shape run one after
+//! another, so that drift of the machine shows as a difference between shapes. Medians of many passes over the rays, with half the
+//! distance of their quartiles.
+#![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/random.rs"]
 mod random;
 #[path = "../crates/bvh/tests/split_mix.rs"]
 mod split_mix;
+#[path = "support/turns.rs"]
+#[expect(dead_code, reason = "one shape after the other is timed here")]
+mod turns;
 
 use std::hint::black_box;
-use std::time::Duration;
+use std::time::Instant;
 
-use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DAffine3, DVec3};
+use raywright::core::bench::Spread;
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, TransformedShape,
     Triangle,
@@ -20,6 +25,7 @@ use raywright_bvh::shapes::{
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use random::Random;
+use turns::measuring;
 
 fn rays<R: Real>() -> Vec<Ray<R>> {
     let random = &mut Random(1);
@@ -56,18 +62,24 @@ fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>)> {
     ]
 }
 
-/// Runs `test` over the probes again and again, one probe an iteration.
-fn run(c: &mut Criterion, group: &str, id: String, probes: &[PreparedRay], mut test: impl FnMut(&PreparedRay) -> f64) {
-    let mut group = c.benchmark_group(group);
-    group.sample_size(30).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_millis(600));
-    group.bench_function(id, |bencher| {
-        let mut next = probes.iter().cycle();
-        bencher.iter(|| next.next().map(&mut test));
-    });
-    group.finish();
+/// Passes over what is tested, after one that does not count.
+const PASSES: usize = 101;
+
+/// Times `test` over the probes again and again, and prints what one takes.
+fn run<P, T>(group: &str, id: &str, probes: &[P], mut test: impl FnMut(&P) -> T) {
+    let mut pass = || {
+        let start = Instant::now();
+        for probe in probes {
+            black_box(test(black_box(probe)));
+        }
+        start.elapsed().as_secs_f64() * 1e9 / probes.len() as f64
+    };
+    pass();
+    let spread = Spread::of(&(0..PASSES).map(|_| pass()).collect::<Vec<_>>());
+    println!("{:40}{:>10.2} ns ±{:4.1} %", format!("{group} {id}"), spread.median, spread.relative() * 100.0);
 }
 
-fn precision<R: Real>(c: &mut Criterion, name: &str) {
+fn precision<R: Real>(name: &str) {
     let rays = rays::<R>();
     let probes: Vec<_> = rays.iter().map(|&ray| PreparedRay::new(ray)).collect();
     for (shape_name, shape) in shapes::<R>() {
@@ -77,7 +89,7 @@ fn precision<R: Real>(c: &mut Criterion, name: &str) {
         macro_rules! each {
             ($($variant:ident),*) => {
                 match shape {
-                    $(AnyShape::$variant(shape) => run(c, "test", id.clone(), &probes, |probe| {
+                    $(AnyShape::$variant(shape) => run("test", &id, &probes, |probe| {
                         let hit = black_box(&shape).intersect(probe, range, Side::Both);
                         hit.map_or(0.0, |h| h.t.to_f64())
                     }),)*
@@ -86,7 +98,7 @@ fn precision<R: Real>(c: &mut Criterion, name: &str) {
         }
         each!(Sphere, Plane, Disk, Quad, Cuboid, Cylinder, Cone, Ellipsoid, Hyperboloid, Paraboloid, Torus, Triangle);
         let hit: Vec<_> = probes.iter().filter(|p| shape.intersect(p, range, Side::Both).is_some()).copied().collect();
-        run(c, "test-and-surface", id, &hit, |probe| {
+        run("test-and-surface", &id, &hit, |probe| {
             let shape = black_box(&shape);
             let hit = shape.intersect(probe, range, Side::Both);
             hit.map_or(0.0, |h| shape.surface(probe, h).error.to_f64())
@@ -95,7 +107,7 @@ fn precision<R: Real>(c: &mut Criterion, name: &str) {
     let map = DAffine3::from_axis_angle(DVec3::Z, 0.3) * DAffine3::from_scale(DVec3::new(1.0, 0.7, 1.2));
     let sphere = Sphere { centre: R::Vec3::ZERO, radius: R::ONE };
     if let Some(placed) = TransformedShape::<R>::new(sphere.into(), map) {
-        run(c, "test", format!("placed-sphere/{name}"), &probes, |probe| {
+        run("test", &format!("placed-sphere/{name}"), &probes, |probe| {
             black_box(&placed).intersect(probe, Interval::positive(), Side::Both).map_or(0.0, |h| h.t.to_f64())
         });
     }
@@ -104,23 +116,13 @@ fn precision<R: Real>(c: &mut Criterion, name: &str) {
         .iter()
         .filter_map(|p| sphere.intersect(p, Interval::positive(), Side::Both).map(|h| sphere.surface(p, h)))
         .collect();
-    let mut group = c.benchmark_group("ray");
-    group.sample_size(30).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_millis(600));
-    group.bench_function(format!("probe/{name}"), |bencher| {
-        let mut next = rays.iter().cycle();
-        bencher.iter(|| next.next().copied().map(PreparedRay::new));
-    });
-    group.bench_function(format!("spawn/{name}"), |bencher| {
-        let mut next = surfaces.iter().cycle();
-        bencher.iter(|| next.next().map(|s| s.spawn(s.normal)));
-    });
-    group.finish();
+    run("ray", &format!("probe/{name}"), &rays, |&ray| PreparedRay::new(ray));
+    run("ray", &format!("spawn/{name}"), &surfaces, |s| s.spawn(s.normal));
 }
 
-fn all(c: &mut Criterion) {
-    precision::<f32>(c, "robust");
-    precision::<f64>(c, "reference");
+fn main() {
+    if measuring() {
+        precision::<f32>("robust");
+        precision::<f64>("reference");
+    }
 }
-
-criterion_group!(benches, all);
-criterion_main!(benches);
