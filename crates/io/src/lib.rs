@@ -38,6 +38,7 @@ mod load;
 pub mod masking;
 mod mesh_file;
 mod mesh_tools;
+mod meshopt;
 mod model_file;
 mod native;
 mod obj;

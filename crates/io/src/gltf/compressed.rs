@@ -4,15 +4,13 @@
 use std::collections::HashMap;
 
 use draco_core::{DecodeLimits, DecoderBuffer, MeshDecoder};
-use meshoptimizer_rs::codec;
-use meshoptimizer_rs::{Limits as CodecLimits, Workspace};
 
 use super::accessor::{Component, arity};
 use super::buffers::{Buffers, absent};
 use super::document::Document;
 use super::entries::{Draco, Meshopt, Primitive, ViewExtensions};
-use crate::Limits;
 use crate::import::{Budget, Fault, Outcome, shown};
+use crate::{Limits, meshopt};
 
 /// Decodes everything that is compressed and puts it in place of what it stands for.
 ///
@@ -26,7 +24,7 @@ pub(super) fn decode(document: &Document, buffers: &mut Buffers<'_>, limits: &Li
             continue;
         };
         let place = |fault: Fault| fault.at(format_args!("bufferViews[{i}]: {name}"));
-        let bytes = meshopt(packed, buffers, budget).map_err(place)?;
+        let bytes = unpacked(packed, buffers, budget).map_err(place)?;
         if (bytes.len() as u64) < view.byte_length {
             let length = view.byte_length;
             return Err(place(Fault::input(format!("holds {} bytes, and the view has {length}", bytes.len()))));
@@ -44,29 +42,28 @@ pub(super) fn decode(document: &Document, buffers: &mut Buffers<'_>, limits: &Li
 }
 
 /// The bytes of a compressed view.
-fn meshopt(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut Budget) -> Outcome<Vec<u8>> {
+fn unpacked(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut Budget) -> Outcome<Vec<u8>> {
     let source = buffers.bytes(view.buffer as usize, view.byte_offset, view.byte_length)?;
     let number = |x: u64| usize::try_from(x).unwrap_or(usize::MAX);
     let (count, stride) = (number(view.count), number(view.byte_stride));
     budget.memory(count, stride)?;
-    let whole = count.checked_mul(stride).ok_or_else(|| Fault::limit(format!("counts {count} elements")))?;
-    let room = CodecLimits { max_bytes: whole.saturating_mul(2).saturating_add(1 << 20), ..CodecLimits::default() };
-    let mut workspace = Workspace::new(room);
-    let broken = |e: meshoptimizer_rs::Error| Fault::input(format!("is broken ({e})"));
-    let mut bytes = match view.mode.as_str() {
-        "ATTRIBUTES" => codec::decode_vertex_buffer(count, stride, source, &mut workspace).map_err(broken)?,
-        "TRIANGLES" => codec::decode_index_buffer(count, stride, source, &mut workspace).map_err(broken)?,
-        "INDICES" => codec::decode_index_sequence(count, stride, source, &mut workspace).map_err(broken)?,
+    let broken = |reason: meshopt::Broken| Fault::input(format!("is broken ({reason})"));
+    let decode = match view.mode.as_str() {
+        "ATTRIBUTES" => meshopt::vertices,
+        "TRIANGLES" => meshopt::triangles,
+        "INDICES" => meshopt::sequence,
         other => return Err(Fault::input(format!("has the unknown mode {}", shown(other)))),
     };
-    match view.filter.as_deref().unwrap_or("NONE") {
-        "NONE" => {}
-        "OCTAHEDRAL" => codec::decode_filter_oct(&mut bytes, count, stride, &mut workspace).map_err(broken)?,
-        "QUATERNION" => codec::decode_filter_quat(&mut bytes, count, stride, &mut workspace).map_err(broken)?,
-        "EXPONENTIAL" => codec::decode_filter_exp(&mut bytes, count, stride, &mut workspace).map_err(broken)?,
-        "COLOR" => codec::decode_filter_color(&mut bytes, count, stride, &mut workspace).map_err(broken)?,
+    let mut bytes = decode(count, stride, source).map_err(broken)?;
+    let filter = match view.filter.as_deref().unwrap_or("NONE") {
+        "NONE" => return Ok(bytes),
+        "OCTAHEDRAL" => meshopt::octahedral,
+        "QUATERNION" => meshopt::quaternions,
+        "EXPONENTIAL" => meshopt::exponential,
+        "COLOR" => meshopt::colours,
         other => return Err(Fault::input(format!("has the unknown filter {}", shown(other)))),
-    }
+    };
+    filter(stride, &mut bytes).map_err(broken)?;
     Ok(bytes)
 }
 

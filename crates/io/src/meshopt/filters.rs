@@ -1,0 +1,93 @@
+//! Filters: what numbers of a packet stand for, in place.
+
+use super::{Broken, STRIDE};
+
+/// Elements of four numbers of one or two bytes.
+fn each(stride: usize, bytes: &mut [u8], mut change: impl FnMut([i32; 4]) -> Option<[i32; 4]>) -> Result<(), Broken> {
+    let undefined = "a number of it has no direction or colour";
+    match stride {
+        4 => {
+            for element in bytes.as_chunks_mut::<4>().0 {
+                let found = change(element.map(|byte| i32::from(byte as i8))).ok_or(undefined)?;
+                *element = found.map(|number| number as u8);
+            }
+            Ok(())
+        }
+        8 => {
+            for element in bytes.as_chunks_mut::<8>().0 {
+                let numbers = core::array::from_fn(|i| i32::from(i16::from_le_bytes([element[2 * i], element[2 * i + 1]])));
+                let found = change(numbers).ok_or(undefined)?;
+                for (bytes, number) in element.as_chunks_mut::<2>().0.iter_mut().zip(found) {
+                    *bytes = (number as i16).to_le_bytes();
+                }
+            }
+            Ok(())
+        }
+        _ => Err(STRIDE),
+    }
+}
+
+/// A multiple to the nearest whole number, halves away from 0 where it is of a positive number.
+fn scaled(x: f32, scale: f32) -> i32 {
+    (x * scale + 0.5_f32.copysign(x)) as i32
+}
+
+/// Unit vectors from the octahedron that they were mapped to; the fourth number stays.
+pub(crate) fn octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
+    let most = if stride == 4 { 127.0 } else { 32767.0 };
+    each(stride, bytes, |[x, y, one, fourth]| {
+        let [mut x, mut y, one] = [x, y, one].map(|number| number as f32);
+        let z = one - x.abs() - y.abs();
+        // What is below the middle was folded over the edges.
+        let fold = z.min(0.0);
+        x += if x >= 0.0 { fold } else { -fold };
+        y += if y >= 0.0 { fold } else { -fold };
+        let length = (x * x + y * y + z * z).sqrt();
+        let [x, y, z] = [x, y, z].map(|number| scaled(number, most / length));
+        (length > 0.0).then_some([x, y, z, fourth])
+    })
+}
+
+/// Rotations from their three smaller numbers; the lowest bits of the fourth say which is the largest, its others how large 1 is.
+pub(crate) fn quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
+    if stride != 8 {
+        return Err(STRIDE);
+    }
+    each(stride, bytes, |[x, y, z, code]| {
+        let one = (code | 3) as f32;
+        let scale = 32767.0 / 2.0_f32.sqrt() / one;
+        let [x, y, z] = [x, y, z].map(|number| number as f32);
+        let largest = (one * one * 2.0 - x * x - y * y - z * z).max(0.0).sqrt();
+        let mut found = [scaled(x, scale), scaled(y, scale), scaled(z, scale), scaled(largest, scale)];
+        found.rotate_right(((code & 3) as usize + 1) % 4);
+        Some(found)
+    })
+}
+
+/// Floats from an exponent of eight bits and a whole number of 24.
+pub(crate) fn exponential(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
+    if !stride.is_multiple_of(4) {
+        return Err(STRIDE);
+    }
+    for word in bytes.as_chunks_mut::<4>().0 {
+        let code = i32::from_le_bytes(*word);
+        let power = f32::from_bits((((code >> 24) + 127) as u32) << 23);
+        *word = (power * (code << 8 >> 8) as f32).to_le_bytes();
+    }
+    Ok(())
+}
+
+/// Colours from brightness and two differences; the highest bit of alpha says how many bits each has.
+pub(crate) fn colours(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
+    let most = if stride == 4 { 255 } else { 65535 };
+    each(stride, bytes, |[y, orange, green, alpha]| {
+        let (y, alpha) = (y & most, alpha & most);
+        let bits = alpha.checked_ilog2()? + 1;
+        let all = (1 << bits) - 1;
+        // Alpha has one bit less than the others.
+        let alpha = alpha << 1 & all | alpha & 1;
+        let scale = most as f32 / all as f32;
+        let found = [y + orange - green, y + green, y - orange - green, alpha].map(|number| number as f32 * scale + 0.5);
+        found.iter().all(|number| number.abs() < 2.0_f32.powi(31)).then(|| found.map(|number| number as i32))
+    })
+}

@@ -1,0 +1,43 @@
+//! What meshoptimizer's codecs pack into buffer views, by the texts of EXT_meshopt_compression and KHR_meshopt_compression: vertices,
+//! triangles, sequences of indices, and the filters that follow. Versions 0 and 1 of each codec are read.
+//!
+//! No length in a packet is believed: what is taken is taken from the bytes that are there, and a packet has to end where its last
+//! element does.
+
+mod filters;
+mod indices;
+mod vertices;
+
+pub(crate) use filters::{colours, exponential, octahedral, quaternions};
+pub(crate) use indices::{sequence, triangles};
+pub(crate) use vertices::vertices;
+
+/// What is wrong with a packet.
+pub(crate) type Broken = &'static str;
+
+const SHORT: Broken = "it ends too early";
+const LONG: Broken = "something follows its end";
+const STRIDE: Broken = "no elements of this packet have this many bytes";
+
+/// The version of a packet, with what follows its first byte.
+fn opened(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), Broken> {
+    let (first, rest) = packet.split_first().ok_or(SHORT)?;
+    match first ^ kind {
+        version @ 0..=1 => Ok((version, rest)),
+        2..=15 => Err("its version is not read here"),
+        _ => Err("its first byte is another codec's"),
+    }
+}
+
+/// Takes so many bytes from the front.
+fn take<'p>(rest: &mut &'p [u8], length: usize) -> Result<&'p [u8], Broken> {
+    rest.split_off(..length).ok_or(SHORT)
+}
+
+/// The difference that a whole number stands for: 0, -1, 1, -2 and so on.
+fn difference(code: u32) -> u32 {
+    (code >> 1) ^ (code & 1).wrapping_neg()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,102 @@
+//! Vertices: blocks of at most 256, each byte of them by itself, as differences to the vertex before.
+
+use super::{Broken, LONG, SHORT, STRIDE, difference, opened, take};
+
+/// Vertices that share a width of their codes.
+const GROUP: usize = 16;
+/// Bytes and vertices of a block, at most.
+const BLOCK_BYTES: usize = 8192;
+const BLOCK: usize = 256;
+
+/// One byte each of the vertices of a block.
+type Plane = [u8; BLOCK];
+
+/// So many vertices of so many bytes.
+pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec<u8>, Broken> {
+    if !(4..=256).contains(&stride) || !stride.is_multiple_of(4) {
+        return Err(STRIDE);
+    }
+    let (version, rest) = opened(packet, 0xa0)?;
+    let words = if version == 0 { 0 } else { stride / 4 };
+    // The first vertex stands at the end, behind what makes it long enough for decoders that read ahead, and is followed by a rule for each word.
+    let tail = (stride + words).max(if version == 0 { 32 } else { 24 });
+    let (mut rest, tail) = rest.split_at_checked(rest.len().wrapping_sub(tail)).ok_or(SHORT)?;
+    let (first, rules) = tail[tail.len() - stride - words..].split_at(stride);
+    let mut last = first.to_vec();
+    let most = (BLOCK_BYTES / stride / GROUP * GROUP).min(BLOCK);
+    let mut out = Vec::new();
+    for start in (0..count).step_by(most) {
+        let here = most.min(count - start);
+        out.resize((start + here) * stride, 0);
+        let block = &mut out[start * stride..];
+        let controls = take(&mut rest, words)?;
+        for word in 0..stride / 4 {
+            let control = controls.get(word).copied();
+            let mut planes = [[0; BLOCK]; 4];
+            for (byte, plane) in planes.iter_mut().enumerate() {
+                read_plane(
+                    &mut rest,
+                    control.map(|control| control >> (2 * byte) & 3),
+                    &mut plane[..here.next_multiple_of(GROUP)],
+                    here,
+                )?;
+            }
+            let rule = rules.get(word).copied().unwrap_or(0);
+            add_up(&planes, rule, &last[4 * word..][..4], &mut block[4 * word..], stride)?;
+        }
+        last.copy_from_slice(&block[(here - 1) * stride..]);
+    }
+    if rest.is_empty() { Ok(out) } else { Err(LONG) }
+}
+
+/// Reads one byte of each vertex of a block. A block of version 1 says how.
+fn read_plane(rest: &mut &[u8], control: Option<u8>, plane: &mut [u8], count: usize) -> Result<(), Broken> {
+    let widths = match control {
+        None => [0, 2, 4, 8],
+        Some(0) => [0, 1, 2, 4],
+        Some(1) => [1, 2, 4, 8],
+        Some(2) => return Ok(()),
+        Some(_) => {
+            plane[..count].copy_from_slice(take(rest, count)?);
+            return Ok(());
+        }
+    };
+    let choices = take(rest, (plane.len() / GROUP).div_ceil(4))?;
+    for (i, group) in plane.as_chunks_mut().0.iter_mut().enumerate() {
+        read_group(rest, widths[usize::from(choices[i / 4] >> (2 * (i % 4)) & 3)], group)?;
+    }
+    Ok(())
+}
+
+/// Reads the codes of a group, each of so many bits. The largest says that the byte itself stands behind the group.
+fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<(), Broken> {
+    if matches!(bits, 0 | 8) {
+        group[..2 * bits].copy_from_slice(take(rest, 2 * bits)?);
+        return Ok(());
+    }
+    let (packed, largest) = (take(rest, 2 * bits)?, (1 << bits) - 1);
+    for (i, value) in group.iter_mut().enumerate() {
+        let place = i * bits % 8;
+        // Codes of one bit stand from the lowest bit on, others from the highest.
+        let shift = if bits == 1 { place } else { 8 - bits - place };
+        let code = packed[i * bits / 8] >> shift & largest;
+        *value = if code == largest { take(rest, 1)?[0] } else { code };
+    }
+    Ok(())
+}
+
+/// Puts a word of every vertex where it belongs. A rule says what is added up: bytes, halves of the word, or turned bits of all of it.
+fn add_up(planes: &[Plane; 4], rule: u8, last: &[u8], block: &mut [u8], stride: usize) -> Result<(), Broken> {
+    let width = *[1, 2, 4].get(usize::from(rule & 3)).ok_or("a rule of its words is not known")?;
+    let turn = u32::from(rule >> 4);
+    for at in (0..4).step_by(width) {
+        let number = |byte: &dyn Fn(usize) -> u8| (at..at + width).rev().fold(0, |number, k| number << 8 | u32::from(byte(k)));
+        let mut value = number(&|k| last[k]);
+        for (i, vertex) in block.chunks_mut(stride).enumerate() {
+            let code = number(&|k| planes[k][i]);
+            value = if width == 4 { code.rotate_right(turn) ^ value } else { value.wrapping_add(difference(code)) };
+            vertex[at..at + width].copy_from_slice(&value.to_le_bytes()[..width]);
+        }
+    }
+    Ok(())
+}
