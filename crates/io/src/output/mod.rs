@@ -9,6 +9,7 @@ mod metadata;
 mod own;
 mod place;
 mod png;
+mod raster;
 mod read;
 mod sheet;
 
