@@ -1,7 +1,7 @@
 //! The collector of problems: it knows where in the scene the checks are, and has the checks that many values share.
 
 use std::collections::{BTreeMap, HashMap};
-use std::fmt::{Display, Write as _};
+use std::fmt::{self, Display, Write as _};
 
 use super::{FARTHEST, MOST, Problem, SMALLEST};
 use crate::expr::{self, Constant, ExprError, Program, Scope};
@@ -51,20 +51,22 @@ impl<'a> Check<'a> {
 
     /// Checks what is under a key.
     pub fn inside(&mut self, key: impl Display, checks: impl FnOnce(&mut Self)) {
+        let dot = if self.path.is_empty() { "" } else { "." };
+        self.under(format_args!("{dot}{key}"), checks);
+    }
+
+    /// Checks what is under a step of the path.
+    fn under(&mut self, step: fmt::Arguments<'_>, checks: impl FnOnce(&mut Self)) {
         let length = self.path.len();
-        let dot = if length == 0 { "" } else { "." };
         // Writing to a String cannot fail.
-        let _ = write!(self.path, "{dot}{key}");
+        let _ = self.path.write_fmt(step);
         checks(self);
         self.path.truncate(length);
     }
 
     /// Checks an element of the array here.
     pub fn element(&mut self, index: usize, checks: impl FnOnce(&mut Self)) {
-        let length = self.path.len();
-        let _ = write!(self.path, "[{index}]");
-        checks(self);
-        self.path.truncate(length);
+        self.under(format_args!("[{index}]"), checks);
     }
 
     /// Checks each element of the array under a key.

@@ -51,20 +51,38 @@ impl<'a> Entries<'a> {
     }
 }
 
-impl<'a> MapAccess<'a> for Entries<'a> {
-    type Error = Failure;
-
-    fn next_key_seed<K: DeserializeSeed<'a>>(&mut self, seed: K) -> Result<Option<K::Value>, Failure> {
+impl<'a> Entries<'a> {
+    /// The next one that is read.
+    fn advance(&mut self) -> Option<&'a Entry> {
         let keys = self.keys;
         let wanted =
             |entry: &&Entry| keys.is_none_or(|keys| keys.contains(&entry.key.as_str())) && entry.node.value != Value::Null;
         self.value = self.entries.by_ref().find(wanted);
-        self.value.map(|entry| seed.deserialize(entry.key.as_str().into_deserializer())).transpose()
+        self.value
+    }
+
+    /// The one whose key was read last.
+    fn current(&mut self) -> Result<(&'a Entry, Reader<'a>), Failure> {
+        let entry = self.value.take().ok_or_else(|| Failure::new("a value without its key"))?;
+        Ok((entry, self.reader.inside(entry)))
+    }
+}
+
+/// A failure below the value of a key.
+fn at_key(failure: Failure, entry: &Entry) -> Failure {
+    failure.under(Step::Key(entry.key.clone()))
+}
+
+/// Little is done here, because both are compiled for every type of value.
+impl<'a> MapAccess<'a> for Entries<'a> {
+    type Error = Failure;
+
+    fn next_key_seed<K: DeserializeSeed<'a>>(&mut self, seed: K) -> Result<Option<K::Value>, Failure> {
+        self.advance().map(|entry| seed.deserialize(entry.key.as_str().into_deserializer())).transpose()
     }
 
     fn next_value_seed<V: DeserializeSeed<'a>>(&mut self, seed: V) -> Result<V::Value, Failure> {
-        let entry = self.value.take().ok_or_else(|| Failure::new("a value without its key"))?;
-        let result = seed.deserialize(self.reader.inside(entry));
-        result.map_err(|failure| failure.under(Step::Key(entry.key.clone())))
+        let (entry, reader) = self.current()?;
+        seed.deserialize(reader).map_err(|failure| at_key(failure, entry))
     }
 }

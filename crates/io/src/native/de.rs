@@ -71,14 +71,17 @@ impl<'a> Reader<'a> {
 
     /// Gives a failure that has no place yet this value's.
     pub fn place<T>(&self, result: Result<T, Failure>) -> Result<T, Failure> {
-        result.map_err(|mut failure| {
-            if failure.span.is_none() {
-                let key = failure.key.as_deref().and_then(|key| self.node.entry(key));
-                failure.span = Some(key.map_or_else(|| self.node.span.clone(), |entry| entry.key_span.clone()));
-                failure.message = format!("{self}: {}", failure.message);
-            }
-            failure
-        })
+        result.map_err(|failure| self.placed(failure))
+    }
+
+    /// Apart from [`Self::place`], which is compiled for every type of value.
+    fn placed(&self, mut failure: Failure) -> Failure {
+        if failure.span.is_none() {
+            let key = failure.key.as_deref().and_then(|key| self.node.entry(key));
+            failure.span = Some(key.map_or_else(|| self.node.span.clone(), |entry| entry.key_span.clone()));
+            failure.message = format!("{self}: {}", failure.message);
+        }
+        failure
     }
 
     /// The number this value is or evaluates to. A failure is noted, and a 1 stands in.
@@ -158,6 +161,12 @@ impl<'a> Reader<'a> {
 
     /// Reads a table as a struct: unknown keys are noted and left out.
     pub fn read_struct<V: Visitor<'a>>(self, keys: &'static [&'static str], visitor: V) -> Result<V::Value, Failure> {
+        let entries = self.fields(keys)?;
+        self.place(visitor.visit_map(Entries::new(self, entries, Some(keys))))
+    }
+
+    /// The entries of a table that is to be a struct, the unknown ones noted. Apart from [`Self::read_struct`], which is compiled for every struct.
+    fn fields(&self, keys: &[&str]) -> Result<&'a [Entry], Failure> {
         let entries = self.table().map_err(|failure| self.explain_header(failure))?;
         for entry in entries.iter().filter(|entry| !keys.contains(&entry.key.as_str())) {
             let place = if self.name.is_empty() { "a scene".to_owned() } else { self.to_string() };
@@ -165,7 +174,7 @@ impl<'a> Reader<'a> {
             let hint = did_you_mean(&entry.key, keys, "the keys here");
             self.context.note(failure.labelled(format!("not a key of {place}")).with_hint(hint));
         }
-        self.place(visitor.visit_map(Entries::new(self, entries, Some(keys))))
+        Ok(entries)
     }
 
     /// The two kinds of TOML headers are easily mistaken for each other.
