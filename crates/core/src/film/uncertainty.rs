@@ -203,8 +203,9 @@ impl Sum {
         let apart = [self.variance / self.among, self.middle() / sum].map(|ratio| libm::log(ratio).abs() / 2.0);
         let relative_to = apart[0].max(apart[1]);
         let (chance, prior) = (self.unsure / (self.variance * self.among), self.prior / self.middle());
-        // Standard errors of different causes, so that their squares add up.
-        let spread = products + weights + relative_to * relative_to + chance + prior * prior;
+        // What is off in all pixels alike may be so in one direction, and adds up; the squares of different causes do.
+        let alike = relative_to + prior;
+        let spread = products + weights + chance + alike * alike;
         // Whole degrees of freedom, rounded to fewer; those of many where no pixel says anything.
         let freedom = 2.0 * self.product * self.product / self.product_square;
         let factor = student_95(if freedom.is_finite() { freedom as u32 } else { u32::MAX });

@@ -85,7 +85,7 @@ fn what_is_black_is_weighed_as_black() {
 }
 
 /// Protects: where others vouch for it, pixels that were lit once are relative to no less than a gamma distribution says, and those that were
-/// lit twice to products as ever; the squares of what the first may be off by are added to those of what both ways to weigh are apart. Of 100 pixels with one replicate
+/// lit twice to products as ever; what all pixels alike may be off by is added up, and its square to those of what each may be. Of 100 pixels with one replicate
 /// of 2 and 100 with two, the first have a variance of 4/16 in each channel, the second of 4/12.
 #[test]
 fn errors_of_light_that_is_vouched_for_by_hand() {
@@ -108,11 +108,11 @@ fn errors_of_light_that_is_vouched_for_by_hand() {
     // In two pairings of three both differences are 2, in each of three channels.
     let product = 100.0 * 2.0 / 3.0 * (3.0 * twice[1] * 4.0_f64).powi(2);
     let weights = 100.0 * (twice[0] - twice[1]).powi(2) / (across * across);
-    let once = 100.0 * unsure * unsure / (across * among) + (100.0 * prior).powi(2) / (across * among);
-    let relative_to = (across / among).ln() / 2.0;
+    let once = 100.0 * unsure * unsure / (across * among);
+    let alike = (across / among).ln().abs() / 2.0 + 100.0 * prior / (across * among).sqrt();
     // No less than two hundred equal variances would say.
     let products = (product / 24.0 / (among * among)).max(8.0 / 9.0 / 200.0);
-    let width = student_95(200) * (products + weights + relative_to * relative_to + once).sqrt();
+    let width = student_95(200) * (products + weights + once + alike * alike).sqrt();
     // Two hundred degrees of freedom may come out as a rounding less, and one less is taken then: a factor of 1.97196 in place of 1.97190.
     let found = (found.root_relmse.high / expected).ln() * 2.0;
     assert!((found / width - 1.0).abs() < 5e-5, "{found} and {width}");
