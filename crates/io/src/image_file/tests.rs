@@ -358,7 +358,8 @@ fn exr_channels_by_any_name() {
 fn exr_windows_are_heeded() {
     let of = |data, display| decode(&exr_parts(&[("", &[("Y", 1.0)])], data, display), &Limits::default());
     type Window = ([i32; 2], [usize; 2]);
-    let cases: [(Window, Window, &[f32]); 5] = [
+    let cases: [(Window, Window, &[f32]); 6] = [
+        (([1, 0], [1, 2]), ([0, 0], [3, 2]), &[0.0, 1.0, 0.0, 0.0, 2.0, 0.0]),
         (([0, 0], [2, 1]), ([0, 0], [2, 2]), &[1.0, 2.0, 0.0, 0.0]),
         (([0, 1], [2, 1]), ([0, 0], [2, 2]), &[0.0, 0.0, 1.0, 2.0]),
         (([-1, -1], [4, 3]), ([0, 0], [2, 1]), &[6.0, 7.0]),

@@ -138,6 +138,8 @@ fn each_factor_of_gltf_has_its_meaning() {
         (r#""alphaMode": "BLEND""#.to_owned(), Physical { alpha: AlphaMode::Blend, ..default() }),
         (r#""alphaMode": "MASK""#.to_owned(), masked(0.5)),
         (r#""alphaMode": "MASK", "alphaCutoff": 0.25"#.to_owned(), masked(0.25)),
+        (r#""alphaMode": "MASK", "alphaCutoff": 1.5"#.to_owned(), masked(1.5)),
+        (r#""alphaMode": "MASK", "alphaCutoff": 1e30"#.to_owned(), masked(2.0)),
         (extension("ior", r#""ior": 1.25"#), Physical { ior: 1.25.into(), ..default() }),
         (extension("ior", ""), default()),
         (
