@@ -2,16 +2,14 @@
 //!
 //! Only pixels are read: colour profiles, gamma chunks and camera orientation are ignored, as glTF 2.0 asks for (section 3.8.3).
 
-mod jpeg;
 mod light;
 mod open_exr;
-mod png_file;
 mod radiance;
-mod webp;
 
-use core::fmt;
+use std::io::Cursor;
 
-use raywright_core::scene::ImageData;
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use raywright_core::scene::{ImageData, Pixels};
 
 use crate::import::{Budget, Fault, Outcome, ask_system};
 use crate::{Limits, ktx2};
@@ -81,12 +79,12 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
         ask_system(2 * u64::from(width) * u64::from(height) * bytes_a_pixel(kind) as u64)?;
     }
     match kind {
-        Kind::Png => match png_file::decode_palette(bytes, limits) {
+        Kind::Png => match decode_palette(bytes, limits) {
             Some(image) => Ok(image.into()),
-            None => png_file::decode(bytes, limits).map(Decoded::from),
+            None => decode_with(ImageFormat::Png, bytes, limits).map(Decoded::from),
         },
-        Kind::Jpeg => jpeg::decode(bytes, limits).map(Decoded::from),
-        Kind::WebP => webp::decode(bytes, limits).map(Decoded::from),
+        Kind::Jpeg => decode_with(ImageFormat::Jpeg, bytes, limits).map(Decoded::from),
+        Kind::WebP => decode_with(ImageFormat::WebP, bytes, limits).map(Decoded::from),
         Kind::Hdr => radiance::decode(bytes, limits),
         Kind::Exr => open_exr::decode(bytes, limits),
         Kind::Ktx2 => ktx2::decode(bytes, limits).map(Decoded::from),
@@ -113,10 +111,11 @@ fn bytes_a_pixel(kind: Kind) -> usize {
 
 /// Width and height that a header gives a picture.
 fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
+    let size = |format| opened(format, bytes, limits).map(|decoder| decoder.dimensions()).map(|(width, height)| [width, height]);
     match sniff(bytes) {
-        Kind::Png => png_file::size(bytes, limits),
-        Kind::Jpeg => jpeg::size(bytes, limits),
-        Kind::WebP => webp::size(bytes, limits),
+        Kind::Png => size(ImageFormat::Png),
+        Kind::Jpeg => size(ImageFormat::Jpeg),
+        Kind::WebP => size(ImageFormat::WebP),
         Kind::Hdr => radiance::size(bytes, limits),
         Kind::Exr => open_exr::size(bytes, limits),
         Kind::Ktx2 => ktx2::size(bytes, limits),
@@ -140,26 +139,97 @@ pub(crate) fn check_size(width: u64, height: u64, limits: &Limits) -> Outcome<()
 }
 
 /// What the decoder of a format says that is wrong.
-fn broken(error: &dyn fmt::Display) -> Fault {
-    Fault::input(format!("is a broken picture ({error})"))
-}
-
-/// Bytes that a decoder may take on the way: the pixels are counted before, and none has more than four numbers of four bytes.
-fn most_bytes(limits: &Limits) -> usize {
-    usize::try_from(limits.image_pixels.saturating_mul(16)).unwrap_or(usize::MAX)
-}
-
-/// Red, green, blue and alpha of pixels of one to four channels: grey, grey and alpha, colour, or all.
-fn spread(samples: Vec<u8>, channels: usize) -> Vec<[u8; 4]> {
-    match channels {
-        1 => samples.iter().map(|&grey| [grey, grey, grey, 255]).collect(),
-        2 => samples.as_chunks().0.iter().map(|&[grey, alpha]| [grey, grey, grey, alpha]).collect(),
-        3 => samples.as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect(),
-        _ => samples.as_chunks().0.to_vec(),
+fn broken(error: image::ImageError) -> Fault {
+    match error {
+        image::ImageError::Limits(e) => Fault::limit(format!("is a picture that takes too much memory to read ({e})")),
+        e => Fault::input(format!("is a broken picture ({e})")),
     }
+}
+
+/// The length of a PNG's palette, where that is not three bytes for each of up to 256 colours: the decoder (`png` 0.18.1), which
+/// would have to refuse it, panics.
+fn broken_palette(bytes: &[u8]) -> Option<usize> {
+    let mut chunks = bytes.get(8..)?;
+    while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
+        let [a, b, c, d, kind @ ..] = *head;
+        let length = u32::from_be_bytes([a, b, c, d]) as usize;
+        match &kind {
+            b"PLTE" if !length.is_multiple_of(3) || length > 3 * 256 => return Some(length),
+            b"IDAT" => return None,
+            // Its checksum comes behind it.
+            _ => chunks = rest.get(length..)?.get(4..)?,
+        }
+    }
+    None
+}
+
+/// The decoder of a picture that is not too large.
+fn opened<'b>(format: ImageFormat, bytes: &'b [u8], limits: &Limits) -> Outcome<impl ImageDecoder + 'b> {
+    if format == ImageFormat::Png
+        && let Some(length) = broken_palette(bytes)
+    {
+        return Err(Fault::input(format!(
+            "is a broken picture (its palette has {length} bytes, which is not three for each of up to 256 colours)"
+        )));
+    }
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    // The pixel count is checked below; this bounds what the decoder itself may allocate on the way.
+    let mut own = image::Limits::default();
+    own.max_alloc = Some(limits.image_pixels.saturating_mul(16));
+    reader.limits(own);
+    let decoder = reader.into_decoder().map_err(broken)?;
+    let (width, height) = decoder.dimensions();
+    check_size(u64::from(width), u64::from(height), limits)?;
+    Ok(decoder)
+}
+
+fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
+    let decoder = opened(format, bytes, limits)?;
+    let (width, height) = decoder.dimensions();
+    let picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
+    let pixels = match picture {
+        // The two most common kinds are copied as they are; the general way looks at every pixel's colour space.
+        DynamicImage::ImageRgb8(picture) => {
+            Pixels::Codes(picture.as_raw().as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect())
+        }
+        picture => Pixels::Codes(picture.into_rgba8().as_raw().as_chunks().0.to_vec()),
+    };
+    Ok(ImageData { width, height, pixels })
+}
+
+/// Decodes a PNG with a palette of eight bits in less than half of the time that it takes by way of three colours a pixel. None for
+/// every other picture, and for one that is broken or too large: the general way says why. Row by row, since a list of all codes is as
+/// much memory again, which takes the system as long to provide as decoding takes.
+fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
+    // Depth and kind of colour stand at fixed places of the first chunk.
+    if bytes.get(24..26) != Some(&[png::BitDepth::Eight as u8, png::ColorType::Indexed as u8]) || broken_palette(bytes).is_some()
+    {
+        return None;
+    }
+    let own = png::Limits { bytes: usize::try_from(limits.image_pixels).ok()?.saturating_mul(16) };
+    let mut reader = png::Decoder::new_with_limits(Cursor::new(bytes), own).read_info().ok()?;
+    let info = reader.info();
+    let (width, height) = info.size();
+    check_size(u64::from(width), u64::from(height), limits).ok()?;
+    if info.interlaced {
+        return None;
+    }
+    let colours = info.palette.as_ref()?.as_chunks().0;
+    // As the decoder has it, what is beyond the palette is black, what is beyond the list of alphas opaque, and a list that is longer than the
+    // palette is none.
+    let alphas = info.trns.as_deref().filter(|alphas| alphas.len() <= colours.len()).unwrap_or_default();
+    let colour = |code: usize| {
+        let [r, g, b] = colours.get(code).copied().unwrap_or_default();
+        [r, g, b, alphas.get(code).copied().unwrap_or(255)]
+    };
+    let colours: [[u8; 4]; 256] = core::array::from_fn(colour);
+    let count = usize::try_from(u64::from(width) * u64::from(height)).ok()?;
+    let mut pixels = Vec::with_capacity(count);
+    while let Some(row) = reader.next_row().ok()? {
+        pixels.extend(row.data().iter().map(|&code| colours[usize::from(code)]));
+    }
+    (pixels.len() == count).then_some(ImageData { width, height, pixels: Pixels::Codes(pixels) })
 }
 
 #[cfg(test)]
 pub(crate) mod tests;
-#[cfg(test)]
-mod twins;

@@ -1,6 +1,10 @@
-//! Radiance pictures (`.hdr`, `.pic`), as Radiance's own reader takes them: the header as any program writes it, scan lines with both kinds of
-//! runs, and the order of the pixels.
+//! Radiance pictures (`.hdr`, `.pic`): the header as any program writes it, and the order of the pixels. The decoder of scan lines is `image`'s,
+//! which knows one signature and one order.
 
+use std::io::{Cursor, Read};
+
+use image::codecs::hdr::HdrDecoder;
+use image::{DynamicImage, ImageDecoder};
 use raywright_core::scene::{ImageData, Pixels};
 
 use super::light::Unusable;
@@ -91,7 +95,10 @@ pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
 /// As [`size`], and of kind input for broken data.
 pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     let header = RadianceHeader::read(bytes, limits)?;
-    let scan_lines = scan_lines(&header)?;
+    let start = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", header.lines, header.length);
+    let decoder = HdrDecoder::new(Cursor::new(start).chain(header.data)).map_err(broken)?;
+    debug_assert_eq!(decoder.dimensions(), (header.length, header.lines));
+    let scan_lines = DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgb32f();
     let ([width, height], mut unusable) = (header.size(), Unusable::default());
     let mut pixels = Vec::with_capacity(width as usize * height as usize);
     for y in 0..height {
@@ -99,8 +106,7 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
         for x in 0..width {
             let column = if header.from_right { width - 1 - x } else { x };
             let [x, y] = if header.is_upright { [row, column] } else { [column, row] };
-            let [r, g, b] =
-                colour(scan_lines[y as usize * header.length as usize + x as usize]).map(|value| unusable.mend(value));
+            let [r, g, b] = scan_lines.get_pixel(x, y).0.map(|value| unusable.mend(value));
             pixels.push([r, g, b, 1.0]);
         }
     }
@@ -108,58 +114,4 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
         image: ImageData { width, height, pixels: Pixels::Linear(pixels) },
         remarks: unusable.remark().into_iter().collect(),
     })
-}
-
-/// All pixels as they are stored: three fractions and their common exponent. Room is made for what there is, not for what the header says.
-fn scan_lines(header: &RadianceHeader<'_>) -> Outcome<Vec<[u8; 4]>> {
-    let (mut rest, mut line, mut out) = (header.data, vec![[0; 4]; header.length as usize], Vec::new());
-    for _ in 0..header.lines {
-        scan_line(&mut rest, &mut line).ok_or_else(|| broken(&"its scan lines end too early, or are longer than it is wide"))?;
-        out.extend_from_slice(&line);
-    }
-    Ok(out)
-}
-
-fn scan_line(rest: &mut &[u8], line: &mut [[u8; 4]]) -> Option<()> {
-    let first: [u8; 4] = *rest.first_chunk()?;
-    if first[..2] != [2, 2] || first[2] >= 128 {
-        return older_line(rest, line);
-    }
-    *rest = &rest[4..];
-    for channel in 0..4 {
-        let mut at = 0;
-        while at < line.len() {
-            let length = usize::from(*rest.split_off_first()?);
-            // A run of one value, or as many values.
-            let (length, values) = if length > 128 { (length - 128, 1) } else { (length, length) };
-            let values = rest.split_off(..values)?;
-            for (pixel, value) in line.get_mut(at..at + length)?.iter_mut().zip(values.iter().cycle()) {
-                pixel[channel] = *value;
-            }
-            at += length;
-        }
-    }
-    Some(())
-}
-
-/// Pixel after pixel; one of three ones says how often the last is repeated, in as many digits of 256 as there are such.
-fn older_line(rest: &mut &[u8], line: &mut [[u8; 4]]) -> Option<()> {
-    let (mut at, mut digit) = (0, 1_usize);
-    while at < line.len() {
-        let pixel: [u8; 4] = *rest.split_off(..4)?.first_chunk()?;
-        let (length, value) = match pixel {
-            [1, 1, 1, times] => (usize::from(times).saturating_mul(digit), *line.get(at.checked_sub(1)?)?),
-            _ => (1, pixel),
-        };
-        digit = if pixel[..3] == [1; 3] { digit.saturating_mul(256) } else { 1 };
-        line.get_mut(at..at.checked_add(length)?)?.fill(value);
-        at += length;
-    }
-    Some(())
-}
-
-/// The colour of a stored pixel. An exponent of 0 is black.
-fn colour([r, g, b, exponent]: [u8; 4]) -> [f32; 3] {
-    let scale = if exponent == 0 { 0.0 } else { libm::scalbnf(1.0, i32::from(exponent) - 136) };
-    [r, g, b].map(|fraction| f32::from(fraction) * scale)
 }

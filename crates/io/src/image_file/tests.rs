@@ -1,10 +1,5 @@
 //! Pictures of every kind that is read, and those that are refused.
 
-use std::io::Cursor;
-
-use raywright_core::scene::Pixels;
-
-use super::png_file::decode_palette;
 use super::*;
 use crate::import::FaultKind;
 
@@ -67,7 +62,7 @@ fn palettes_agree_with_the_general_decoder() {
     for (width, height) in [(1, 1), (31, 17), (256, 3)] {
         for alphas in [&[][..], &[0, 128, 7], &[9; 200], &[9; 201]] {
             let file = written(width, height, alphas);
-            let general = png_file::decode(&file, &Limits::default()).unwrap();
+            let general = decode_with(ImageFormat::Png, &file, &Limits::default()).unwrap();
             let Pixels::Codes(expected) = general.pixels else { panic!("codes") };
             let own = decode_palette(&file, &Limits::default()).expect("a palette");
             assert_eq!((own.width, own.height), (width, height));
@@ -76,7 +71,7 @@ fn palettes_agree_with_the_general_decoder() {
             let few = Limits { image_pixels: u64::from(width * height) - 1, ..Limits::default() };
             assert!(decode_palette(&file, &few).is_none() && decode(&file, &few).is_err());
             let cut = &file[..file.len() - 24];
-            assert_eq!(decode(cut, &Limits::default()).is_err(), png_file::decode(cut, &Limits::default()).is_err());
+            assert_eq!(decode(cut, &Limits::default()).is_err(), decode_with(ImageFormat::Png, cut, &Limits::default()).is_err());
         }
     }
     assert!(decode_palette(&png(png::ColorType::Rgb, png::BitDepth::Eight, None, &[1; 6]), &Limits::default()).is_none());

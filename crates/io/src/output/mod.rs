@@ -9,7 +9,6 @@ mod metadata;
 mod own;
 mod place;
 mod png;
-mod raster;
 mod read;
 mod sheet;
 

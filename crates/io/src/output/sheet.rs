@@ -3,6 +3,8 @@
 use std::io;
 use std::path::Path;
 
+use image::imageops::{self, FilterType};
+use image::{Rgb, RgbImage, RgbaImage};
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 use raywright_core::display::{Display, Output};
 use raywright_core::picture::Picture;
@@ -10,7 +12,6 @@ use raywright_core::picture::Picture;
 use super::atomic::write_atomically;
 use super::metadata::Metadata;
 use super::png::encoder;
-use super::raster::Raster;
 use crate::error::Error;
 
 /// Widest a picture is shown, in pixels, where there are few and where there are many.
@@ -36,7 +37,7 @@ pub struct Sheet {
 
 #[derive(Debug)]
 struct Cell {
-    picture: Raster,
+    picture: RgbImage,
     label: String,
 }
 
@@ -53,10 +54,10 @@ impl Sheet {
     /// Adds a picture as the display shows it, with its label.
     pub fn add(&mut self, picture: &Picture, display: Display, label: impl Into<String>) {
         let shown = over_paper(picture, Display { output: Output::Eight, ..display });
-        let [width, height] = [shown.width, shown.height];
+        let [width, height] = [shown.width(), shown.height()];
         let factor = (f64::from(self.width) / f64::from(width)).min(f64::from(self.width) / f64::from(height)).min(1.0);
         let [small, low] = [width, height].map(|edge| ((f64::from(edge) * factor).round() as u32).max(1));
-        let picture = if small < width { shown.shrunk(small, low) } else { shown };
+        let picture = if small < width { imageops::resize(&shown, small, low, FilterType::Triangle) } else { shown };
         self.cells.push(Cell { picture, label: label.into() });
     }
 
@@ -81,27 +82,27 @@ impl Sheet {
     pub fn bytes(&self, metadata: &Metadata) -> io::Result<Vec<u8>> {
         let image = self.lay_out();
         let mut bytes = Vec::new();
-        let mut writer = encoder(&mut bytes, [image.width, image.height], false, Display::PLAIN, metadata)?.write_header()?;
-        writer.write_image_data(image.pixels.as_flattened())?;
+        let mut writer = encoder(&mut bytes, [image.width(), image.height()], false, Display::PLAIN, metadata)?.write_header()?;
+        writer.write_image_data(&image)?;
         writer.finish()?;
         Ok(bytes)
     }
 
     /// Rows from the top, each as high as its highest picture, which stand on their labels.
-    fn lay_out(&self) -> Raster {
+    fn lay_out(&self) -> RgbImage {
         let columns = self.columns.min(self.cells.len().max(1) as u32);
-        let cell = self.cells.iter().map(|cell| cell.picture.width).max().unwrap_or(1).max(NARROWEST);
+        let cell = self.cells.iter().map(|cell| cell.picture.width()).max().unwrap_or(1).max(NARROWEST);
         let rows: Vec<&[Cell]> = self.cells.chunks(columns as usize).collect();
-        let height_of = |row: &[Cell]| row.iter().map(|cell| cell.picture.height).max().unwrap_or(0);
+        let height_of = |row: &[Cell]| row.iter().map(|cell| cell.picture.height()).max().unwrap_or(0);
         let height = GAP + rows.iter().map(|row| height_of(row) + LINE + GAP).sum::<u32>();
-        let mut sheet = Raster::new(GAP + columns * (cell + GAP), height, PAPER);
+        let mut sheet = RgbImage::from_pixel(GAP + columns * (cell + GAP), height, Rgb(PAPER));
         let mut top = GAP;
         for row in rows {
             let foot = top + height_of(row);
             for (column, Cell { picture, label }) in (0..).zip(row) {
                 let left = GAP + column * (cell + GAP);
-                let (x, y) = (left + (cell - picture.width) / 2, foot - picture.height);
-                sheet.put(picture, [x, y]);
+                let (x, y) = (left + (cell - picture.width()) / 2, foot - picture.height());
+                imageops::replace(&mut sheet, picture, x.into(), y.into());
                 write_line(&mut sheet, [left, foot + (LINE - FONT.val() as u32) / 2], cell, label);
             }
             top = foot + LINE + GAP;
@@ -111,27 +112,26 @@ impl Sheet {
 }
 
 /// Codes of a picture, over the colour of the sheet where it is transparent.
-fn over_paper(picture: &Picture, display: Display) -> Raster {
+fn over_paper(picture: &Picture, display: Display) -> RgbImage {
     let codes = display.to_codes(picture);
     let (width, height) = (picture.width, picture.height);
-    let mixed = |[red, green, blue, alpha]: &[u8; 4]| {
-        let mixed = |over: u8, under: u8| {
-            let [over, under, alpha] = [over, under, *alpha].map(u32::from);
-            ((over * alpha + under * (255 - alpha) + 127) / 255) as u8
-        };
-        [mixed(*red, PAPER[0]), mixed(*green, PAPER[1]), mixed(*blue, PAPER[2])]
-    };
-    let pixels = match picture.alpha {
-        None => codes.as_chunks().0.to_vec(),
-        Some(_) => codes.as_chunks().0.iter().map(mixed).collect(),
-    };
-    Raster { width, height, pixels }
+    let empty = || RgbImage::from_pixel(width, height, Rgb(PAPER));
+    if picture.alpha.is_none() {
+        return RgbImage::from_raw(width, height, codes).unwrap_or_else(empty);
+    }
+    let mut sheet = empty();
+    for (under, over) in sheet.pixels_mut().zip(RgbaImage::from_raw(width, height, codes).iter().flat_map(RgbaImage::pixels)) {
+        let [red, green, blue, alpha] = over.0.map(u32::from);
+        let mixed = |over: u32, under: u8| ((over * alpha + u32::from(under) * (255 - alpha) + 127) / 255) as u8;
+        under.0 = [mixed(red, under.0[0]), mixed(green, under.0[1]), mixed(blue, under.0[2])];
+    }
+    sheet
 }
 
 const FONT: RasterHeight = RasterHeight::Size16;
 
 /// Writes a line in the middle of so many pixels; the middle of one that is too long is left out, since names differ at both ends.
-fn write_line(sheet: &mut Raster, [left, top]: [u32; 2], width: u32, text: &str) {
+fn write_line(sheet: &mut RgbImage, [left, top]: [u32; 2], width: u32, text: &str) {
     let advance = get_raster_width(FontWeight::Regular, FONT) as u32;
     let line = shortened(text, (width / advance) as usize);
     let start = left + width.saturating_sub(line.len() as u32 * advance) / 2;
@@ -139,8 +139,8 @@ fn write_line(sheet: &mut Raster, [left, top]: [u32; 2], width: u32, text: &str)
         let raster = get_raster(letter, FontWeight::Regular, FONT).or_else(|| get_raster('?', FontWeight::Regular, FONT));
         for (y, row) in (top..).zip(raster.iter().flat_map(|letter| letter.raster())) {
             for (x, &share) in (start + i * advance..).zip(row.iter()) {
-                let Some(pixel) = sheet.at(x, y) else { continue };
-                for (code, ink) in pixel.iter_mut().zip(INK) {
+                let Some(pixel) = sheet.get_pixel_mut_checked(x, y) else { continue };
+                for (code, ink) in pixel.0.iter_mut().zip(INK) {
                     *code = (f32::from(*code) + (f32::from(ink) - f32::from(*code)) * f32::from(share) / 255.0).round() as u8;
                 }
             }
@@ -179,22 +179,22 @@ mod tests {
         sheet.add(&plain(960, 480, 1.0), Display::PLAIN, "first");
         sheet.add(&plain(100, 50, 0.0), Display::PLAIN, "");
         sheet.add(&Picture { alpha: Some(vec![0.0; 480 * 240]), ..plain(480, 240, 0.0) }, Display::PLAIN, "third");
-        let mut image = sheet.lay_out();
-        assert_eq!([image.width, image.height], [3 * GAP + 2 * 480, 3 * GAP + 2 * (240 + LINE)]);
-        let mut at = |x: u32, y: u32| *image.at(x, y).expect("on the sheet");
+        let image = sheet.lay_out();
+        assert_eq!([image.width(), image.height()], [3 * GAP + 2 * 480, 3 * GAP + 2 * (240 + LINE)]);
+        let at = |x: u32, y: u32| image.get_pixel(x, y).0;
         assert_eq!([at(GAP, GAP), at(GAP + 479, GAP + 239)], [[255; 3]; 2]);
         assert_eq!(at(2 * GAP + 480 + 240, GAP + 239), [0; 3], "a small one stands at the foot of its place");
         assert_eq!(at(2 * GAP + 480 + 240, GAP + 100), PAPER);
         let edges = [189, 190, 289, 290].map(|x| at(2 * GAP + 480 + x, GAP + 239));
         assert_eq!(edges, [PAPER, [0; 3], [0; 3], PAPER], "it stands in the middle");
         assert_eq!(at(GAP + 240, 2 * GAP + 240 + LINE + 120), PAPER, "nothing covers the third");
-        let mut ink = |left: u32, top: u32| {
-            let line = (top..top + LINE).flat_map(|y| (left..left + 480).map(move |x| (x, y)));
-            line.filter(|&(x, y)| at(x, y)[0] > 150).count()
+        let ink = |left: u32, top: u32| {
+            let line = image::imageops::crop_imm(&image, left, top, 480, LINE).to_image();
+            line.pixels().filter(|pixel| pixel.0[0] > 150).count()
         };
-        assert!(ink(GAP, GAP + 240) > 40 && ink(2 * GAP + 480, GAP + 240) == 0);
+        assert!(ink(GAP, GAP + 240) > 40 && ink(2 * GAP + 480, GAP + 240) == 0, "{}", ink(GAP, GAP + 240));
         let bytes = sheet.bytes(&Metadata::default()).expect("a PNG");
-        assert_eq!(decode_picture(Path::new("s"), &bytes, &Limits::default()).expect("a PNG").picture.width, image.width);
+        assert_eq!(decode_picture(Path::new("s"), &bytes, &Limits::default()).expect("a PNG").picture.width, image.width());
     }
 
     /// Protects: what is higher than wide is no higher than a place is wide.
@@ -202,9 +202,9 @@ mod tests {
     fn high_pictures_fit_their_place() {
         let mut sheet = Sheet::new(4);
         sheet.add(&plain(300, 1200, 1.0), Display::PLAIN, "high");
-        let mut image = sheet.lay_out();
-        assert_eq!([image.width, image.height], [2 * GAP + NARROWEST, 2 * GAP + 480 + LINE]);
-        let edge = |x: u32| *image.at(GAP + x, GAP + 200).expect("on the sheet");
+        let image = sheet.lay_out();
+        assert_eq!([image.width(), image.height()], [2 * GAP + NARROWEST, 2 * GAP + 480 + LINE]);
+        let edge = |x: u32| image.get_pixel(GAP + x, GAP + 200).0;
         assert_eq!([19, 20, 139, 140].map(edge), [PAPER, [255; 3], [255; 3], PAPER]);
     }
 
