@@ -2,6 +2,7 @@
 #![expect(clippy::print_stderr, reason = "a test says what it measured, and what it skipped")]
 
 mod bits;
+mod circles;
 mod cli;
 mod docs;
 mod effects;

@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::build::PIECE;
+/// Boxes that a thread looks at in one piece. Nothing depends on it.
+pub(crate) const PIECE: usize = 4096;
 
 /// A closed axis-aligned box in f64. Empty when a minimum exceeds its maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]

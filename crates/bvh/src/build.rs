@@ -101,9 +101,6 @@ impl LeafKind {
 /// Says what kind of leaf each of the boxes goes into.
 pub(crate) type LeafKindOf<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
 
-/// Boxes that a thread looks at in one piece. Nothing depends on it.
-pub(crate) const PIECE: usize = 4096;
-
 /// Whether a build is to be given up, asked between its passes.
 pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 

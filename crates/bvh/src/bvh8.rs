@@ -33,9 +33,9 @@ use rayon::prelude::*;
 use crate::aabb::PaddedBox;
 use crate::math::simd::Portable;
 pub(crate) use crate::math::simd::{Lanes, WIDTH};
-use crate::primitive_set::Slot;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
+use crate::slot::Slot;
 
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
@@ -47,8 +47,6 @@ pub(crate) use self::traversal_ray::{RayReparametrisation, TraversalRay};
 pub(crate) use self::triangle8::LeafHeader;
 use self::triangle8::Triangle8;
 
-/// The most primitives that one tree can address.
-pub const MAX_PRIMITIVES: usize = (1 << 27) - 1;
 /// Deepest tree that a traversal has a stack for; what clustering makes deeper is halved.
 const MAX_DEPTH: u32 = 64;
 /// Each level leaves at most seven siblings behind, and a node's eight children are written at once.

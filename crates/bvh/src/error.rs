@@ -1,7 +1,7 @@
 //! Why a primitive is refused.
 
 use crate::aabb::Aabb;
-use crate::bvh8::MAX_PRIMITIVES;
+use crate::slot::MAX_PRIMITIVES;
 
 /// Why a primitive was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

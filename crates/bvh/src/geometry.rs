@@ -7,13 +7,14 @@ use core::mem::take;
 
 use rayon::prelude::*;
 
-use crate::aabb::{Aabb, BoundingSphere, PaddedBox};
-use crate::build::{AcceleratorKind, Build, BuildWork, PIECE, Stop, build};
+use crate::aabb::{Aabb, BoundingSphere, PIECE, PaddedBox};
+use crate::build::{AcceleratorKind, Build, BuildWork, Stop, build};
 use crate::bvh8::{Bvh8, Kernel};
 use crate::memory::{filled, huge_page_vec};
-use crate::primitive_set::{Kind, PrimitiveSet, Slot, few};
+use crate::primitive_set::{PrimitiveSet, few};
 use crate::scalar::{Real, Vector};
 use crate::shapes::Triangle;
+use crate::slot::{Kind, Slot};
 
 /// A group with its accelerator.
 #[derive(Clone, Debug)]

@@ -51,6 +51,7 @@ mod query;
 pub mod ray;
 pub mod scalar;
 pub mod shapes;
+mod slot;
 mod stats;
 pub use aabb::{Aabb, PaddedBox};
 pub use build::{AcceleratorKind, BuildQuality, BuildWork};

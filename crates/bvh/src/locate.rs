@@ -3,11 +3,11 @@
 use glam::DVec3;
 
 use crate::geometry::Geometry;
-use crate::primitive_set::Kind;
 use crate::processor::{Loops, widest};
 use crate::ray::{Hit, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::{Maps, Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, Triangle, Under};
+use crate::slot::Kind;
 
 /// Triangles that are located together.
 const LANES: usize = 8;

@@ -3,11 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::error::GeometryError;
-use crate::geometry::Geometry;
-use crate::instance::Instance;
 use crate::math::double_double::DoubleDouble;
-use crate::primitive_set::PrimitiveSet;
-use crate::scalar::Real;
 use crate::shapes::Transform;
 
 /// A map that runs from one at time 0 to another at time 1, each entry of it linearly.
@@ -48,23 +44,6 @@ impl Motion {
             (DoubleDouble::from(start[i]) + (DoubleDouble::from(end[i]) + DoubleDouble::from(-start[i])) * time).rounded()
         };
         DAffine3::from_cols_array(&core::array::from_fn(entry))
-    }
-}
-
-impl<R: Real> PrimitiveSet<R> {
-    /// The map of an instance at a ray's time, its own, or where it moves one that is put into `room`, and what it shows.
-    #[inline(always)]
-    pub(crate) fn shown<'a>(
-        &'a self,
-        instance: &'a Instance,
-        time: f64,
-        room: &'a mut Option<Transform>,
-    ) -> (&'a Transform, &'a Geometry<R>) {
-        let transform = match self.motions.get(instance.motion as usize) {
-            None => &instance.transform,
-            Some(motion) => room.insert(motion.at(time)),
-        };
-        (transform, &self.parts[instance.part as usize])
     }
 }
 

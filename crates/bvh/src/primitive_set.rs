@@ -5,7 +5,6 @@ mod leaves;
 use glam::DAffine3;
 
 use crate::aabb::Aabb;
-use crate::bvh8::MAX_PRIMITIVES;
 use crate::error::{GeometryError, check_bounds};
 use crate::geometry::Geometry;
 use crate::instance::Instance;
@@ -13,36 +12,8 @@ use crate::memory::huge_page_vec;
 use crate::motion::Motion;
 use crate::ray::Visibility;
 use crate::scalar::{Real, Vector};
-use crate::shapes::{AnyShape, Plane, Shape, Sphere, TransformedShape, Triangle};
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    Sphere,
-    Triangle,
-    Plane,
-    Shape,
-    TransformedShape,
-    Instance,
-}
-
-/// One primitive: whose it is, its kind, how it takes part, and its place in the array of that kind. Objects and their
-/// primitives are counted in the order in which they were added, so these two are the order of ties too.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Slot {
-    pub object: u32,
-    pub primitive: u32,
-    pub index: u32,
-    pub kind: Kind,
-    pub visibility: Visibility,
-}
-
-impl Slot {
-    /// What decides between hits at one distance: the lowest wins.
-    #[inline(always)]
-    pub fn order(&self) -> (u32, u32) {
-        (self.object, self.primitive)
-    }
-}
+use crate::shapes::{AnyShape, Plane, Shape, Sphere, Transform, TransformedShape, Triangle};
+use crate::slot::{Kind, MAX_PRIMITIVES, Slot};
 
 /// Primitives by kind, and what shows them. An object is a shape, a mesh or an instance.
 #[derive(Clone, Debug, Default)]
@@ -66,6 +37,21 @@ pub struct PrimitiveSet<R: Real> {
 impl<R: Real> PrimitiveSet<R> {
     /// Bytes of a primitive of any kind, besides its data.
     pub(crate) const BYTES_EACH: usize = size_of::<Slot>();
+
+    /// The map of an instance at a ray's time, its own, or where it moves one that is put into `room`, and what it shows.
+    #[inline(always)]
+    pub(crate) fn shown<'a>(
+        &'a self,
+        instance: &'a Instance,
+        time: f64,
+        room: &'a mut Option<Transform>,
+    ) -> (&'a Transform, &'a Geometry<R>) {
+        let transform = match self.motions.get(instance.motion as usize) {
+            None => &instance.transform,
+            Some(motion) => room.insert(motion.at(time)),
+        };
+        (transform, &self.parts[instance.part as usize])
+    }
 
     /// Number of primitives, an instance counting as one.
     pub fn len(&self) -> usize {

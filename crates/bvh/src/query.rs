@@ -11,10 +11,10 @@ pub use packet::{PacketBackoff, RayPacket};
 use core::ops::Range;
 
 use crate::geometry::Geometry;
-use crate::primitive_set::{Kind, Slot};
 use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::Real;
 use crate::shapes::{PreparedRay, Shape, ShapeHit};
+use crate::slot::{Kind, Slot};
 use crate::stats::{TraversalCounter, TraversalStats};
 
 use self::visitor::{AnyHit, ClosestHit, QueryKind, Visitor};

@@ -6,12 +6,24 @@ use std::fmt;
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use clap::ValueEnum;
 pub use raywright_io::masking::on_one_line;
 use raywright_io::masking::{masked, masked_json};
 use serde::Serialize;
 
-use crate::args::ColorChoice;
 use crate::failure::Failure;
+
+/// When messages are coloured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ColorChoice {
+    /// Where a terminal shows them and no variable says otherwise
+    #[default]
+    Auto,
+    /// Everywhere
+    Always,
+    /// Nowhere
+    Never,
+}
 
 /// Whether messages are coloured.
 static COLOURED: AtomicBool = AtomicBool::new(false);

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use clap::{CommandFactory, ValueEnum};
 
-use crate::args::{Arguments, ColorChoice};
+use crate::args::Arguments;
+use crate::console::ColorChoice;
 
 /// The words with `render` put where a command is left out: before files, and before flags that are not those of every command. Flags of every
 /// command that stand before it are put behind it, so that the last of them counts wherever they stand.

@@ -4,7 +4,9 @@ use core::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
-use crate::integrator::MOST_PASSAGES;
+/// Surfaces that the rays of a sample may pass as they go on unchanged, because nothing is there, or a part, or the same on both sides. It is
+/// no segment of a path, and a limit only so that there is an end: rays that reach it are counted.
+pub(crate) const MOST_PASSAGES: u32 = 1 << 13;
 
 /// Rays by kind and samples by fate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -82,6 +82,7 @@ pub mod material;
 pub mod memory;
 pub mod metrics;
 mod motion;
+mod nearby;
 pub mod noise;
 pub mod number;
 mod observer;

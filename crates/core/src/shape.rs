@@ -6,7 +6,7 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{Real, Shape as _, Vector};
 
-use crate::origin::{FAR_FROM_OWN, near};
+use crate::nearby::{FAR_FROM_OWN, near};
 use crate::scene::{Shape, Triple};
 
 /// A shape of the scene as it is stored under a map: where that only moves it, by numbers of its own; else in a space of its own, about an

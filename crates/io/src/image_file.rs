@@ -5,6 +5,7 @@
 mod light;
 mod open_exr;
 mod radiance;
+mod size;
 
 use std::io::Cursor;
 
@@ -13,6 +14,8 @@ use raywright_core::scene::{ImageData, Pixels};
 
 use crate::import::{Budget, Fault, Outcome, ask_system};
 use crate::{Limits, ktx2};
+
+pub(crate) use self::size::check_size;
 
 /// What a file's first bytes say it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,20 +125,6 @@ fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
         // Decoding says what is wrong with it.
         Kind::Foreign(_) | Kind::Unknown => decode(bytes, limits).map(|decoded| [decoded.image.width, decoded.image.height]),
     }
-}
-
-/// Checks a header's dimensions before anything is allocated for them.
-pub(crate) fn check_size(width: u64, height: u64, limits: &Limits) -> Outcome<()> {
-    if width == 0 || height == 0 {
-        return Err(Fault::input("is a picture without pixels"));
-    }
-    if width.saturating_mul(height) > limits.image_pixels {
-        return Err(Fault::limit(format!(
-            "is a picture of {width} x {height} pixels; at most {} pixels are read",
-            limits.image_pixels
-        )));
-    }
-    Ok(())
 }
 
 /// What the decoder of a format says that is wrong.

@@ -10,6 +10,9 @@ use raywright_core::validate::validate;
 use crate::folder::ReadError;
 use crate::{Error, Limits, Warning, human_bytes};
 
+/// The endings of model files, for messages.
+pub(crate) const MODELS: &str = ".stl, .ply, .obj, .gltf and .glb";
+
 /// What kind of failure a [`Fault`] is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FaultKind {

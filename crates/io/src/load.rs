@@ -12,10 +12,11 @@ use crate::error::{Error, Warning};
 use crate::folder::{Folder, Resolver, read_file, read_limited};
 use crate::gltf::{Choice, Contents, Model};
 use crate::hash::SceneHash;
+use crate::import::MODELS;
 use crate::inputs::Inputs;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
-use crate::source::{Format, MODELS, SourceInfo};
+use crate::source::{Format, SourceInfo};
 use crate::{model_file, presets};
 
 /// Where a scene comes from.

@@ -9,9 +9,10 @@ use raywright_core::{Lookup, Scene, affine};
 use crate::error::{Error, Warning};
 use crate::folder::Folder;
 use crate::gltf::Choice;
+use crate::import::MODELS;
 use crate::limits::Limits;
 use crate::model_file;
-use crate::source::{Format, MODELS};
+use crate::source::Format;
 
 /// All triangles of a model file, where the file puts them in the scene and at the time that are asked for.
 pub(crate) fn read(

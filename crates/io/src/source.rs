@@ -28,9 +28,6 @@ pub enum Format {
     Ply,
 }
 
-/// The endings of model files, for messages.
-pub(crate) const MODELS: &str = ".stl, .ply, .obj, .gltf and .glb";
-
 impl Format {
     /// The format of a model file with that name.
     pub(crate) fn of_model(file: &Path) -> Option<Self> {

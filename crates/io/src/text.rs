@@ -1,7 +1,6 @@
 //! What model formats of words and numbers have in common, whatever their words mean.
 
-use crate::import::{Fault, Outcome, shown};
-use crate::source::MODELS;
+use crate::import::{Fault, MODELS, Outcome, shown};
 
 /// Refuses what is no text of ASCII statements: a text of two bytes a character, or no text.
 ///

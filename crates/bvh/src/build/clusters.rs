@@ -13,7 +13,7 @@ use super::curve::cell_extent;
 use super::piles::piled;
 use super::reinsertion::reinsert;
 use super::{BuildQuality, Stop};
-use crate::aabb::PaddedBox;
+use crate::aabb::{PIECE, PaddedBox};
 use crate::binary::BinaryNode;
 
 /// So many boxes are clustered at once, at most: one call of `obvhs` then takes a tenth of a second.
@@ -71,7 +71,7 @@ pub(super) struct Clustering<'a> {
 impl<'a> Clustering<'a> {
     /// Of boxes so many of which are a leaf.
     pub fn new(boxes: &'a [PaddedBox], quality: BuildQuality, leaf: usize, stop: Stop<'a>) -> Self {
-        let around = boxes.par_iter().with_min_len(super::PIECE).copied().reduce(|| PaddedBox::NOTHING, |a, b| a.union(&b));
+        let around = boxes.par_iter().with_min_len(PIECE).copied().reduce(|| PaddedBox::NOTHING, |a, b| a.union(&b));
         let extent = (around.max.as_dvec3() - around.min.as_dvec3()).max_element();
         // Surfaces up to 2⁶⁰ and a bit leave room for sums of them, and those of boxes 2⁻⁹⁰ as long are still told apart.
         let exponent = 30 - (extent.log2() as i32).clamp(-96, 156);

@@ -4,8 +4,7 @@ use glam::DVec3;
 use obvhs::ploc::morton::morton_encode_u64;
 use rayon::prelude::*;
 
-use super::PIECE;
-use crate::aabb::PaddedBox;
+use crate::aabb::{PIECE, PaddedBox};
 
 /// Cells along an axis among which the curve tells centres apart, all but one: the greatest centre is in the last cell, not beyond it.
 const CELLS: f64 = ((1 << 21) - 1) as f64;

@@ -1,7 +1,7 @@
 //! What clustering can't take is halved: by the median of centres, or near it, along the axis on which they differ most.
 
-use super::{LeafKind, LeafKindOf, PIECE, Stop};
-use crate::aabb::PaddedBox;
+use super::{LeafKind, LeafKindOf, Stop};
+use crate::aabb::{PIECE, PaddedBox};
 use crate::binary::BinaryNode;
 use crate::bvh8::WIDTH;
 

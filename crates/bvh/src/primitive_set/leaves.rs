@@ -3,11 +3,12 @@
 use core::mem::take;
 use core::ops::Range;
 
-use super::{Kind, PrimitiveSet, Slot};
+use super::PrimitiveSet;
 use crate::build::LeafKind;
 use crate::bvh8::{Bvh8, Row, RowKind, WIDTH};
 use crate::scalar::{Real, Vector};
 use crate::shapes::{AnyShape, Triangle};
+use crate::slot::{Kind, Slot};
 
 impl<R: Real> PrimitiveSet<R> {
     /// What a primitive may share a leaf with. A box does not gain by it: the lanes of a node test eight already, by the boxes' own

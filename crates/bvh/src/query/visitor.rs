@@ -6,11 +6,11 @@ use super::{NO_PART, SlotHit};
 use crate::bvh8::{Bvh8, HitVisitor, RayReparametrisation, RaySource, TraversalQuery, TraversalRay, opaque};
 use crate::geometry::Geometry;
 use crate::instance::Instance;
-use crate::primitive_set::{Kind, Slot};
 use crate::processor::prefetch;
 use crate::ray::{Interval, Occlusion, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;
+use crate::slot::{Kind, Slot};
 use crate::stats::{TraversalCounter, TraversalStats};
 
 /// A kind of query: what it makes of a hit.

@@ -8,6 +8,7 @@ mod bench;
 mod compare;
 mod denoise;
 mod merge;
+mod pictures;
 mod render;
 mod scene;
 
@@ -16,16 +17,14 @@ pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use denoise::DenoiseArgs;
 pub use merge::MergeArgs;
-pub use render::{
-    Accelerator, DisplayArgs, FilmArgs, Frames, LightArgs, MOST_SAMPLES, Precision, ProgressStyle, RenderArgs, ReportArgs, Share,
-    ViewArgs, Views,
-};
+pub use pictures::{Frames, MOST_SAMPLES, Share, Views};
+pub use render::{Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 
-use crate::console::Verbosity;
+use crate::console::{ColorChoice, Verbosity};
 
 /// The preset that is rendered where no scene is named. It is the only one whose name the program knows.
 pub const DEFAULT_PRESET: &str = "whitted";
@@ -99,18 +98,6 @@ impl MessageArgs {
             (false, true) => Verbosity::Verbose,
         }
     }
-}
-
-/// When messages are coloured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum ColorChoice {
-    /// Where a terminal shows them and no variable says otherwise
-    #[default]
-    Auto,
-    /// Everywhere
-    Always,
-    /// Nowhere
-    Never,
 }
 
 /// One thing the program does.

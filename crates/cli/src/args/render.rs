@@ -13,11 +13,9 @@ use raywright_core::settings::{Aov, Background, Crop, PrecisionChoice};
 
 use super::DEFAULT_PRESET;
 use super::names;
+use super::pictures::{Frames, Share, Views};
 use super::scene::{ChoiceArgs, SceneArgs};
 use super::values;
-
-/// Samples a pixel that can be asked for.
-pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
 
 fn examples() -> String {
     format!(
@@ -165,29 +163,6 @@ pub struct ViewArgs {
     pub background: Option<Background>,
 }
 
-/// Views with their names.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Views(pub Vec<(String, View)>);
-
-/// Moments of a film: from the first second up to the last, so many a second.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frames {
-    /// The first moment.
-    pub from: f64,
-    /// Where the moments end.
-    pub to: f64,
-    /// How many a second.
-    pub rate: f64,
-}
-
-impl Frames {
-    /// Each moment.
-    pub fn times(self) -> impl Iterator<Item = f64> {
-        let count = ((self.to - self.from) * self.rate - 1e-9).ceil().max(1.0) as u32;
-        (0..count).map(move |i| self.from + f64::from(i) / self.rate)
-    }
-}
-
 /// How light is computed, and how carefully.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Light")]
@@ -314,15 +289,6 @@ pub struct FilmArgs {
     /// picture of all of them
     #[arg(long, value_name = "K/N", allow_hyphen_values = true, value_parser = values::share)]
     pub part: Option<Share>,
-}
-
-/// One of several shares of a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Share {
-    /// Which, counted from one.
-    pub number: u32,
-    /// How many there are.
-    pub of: u32,
 }
 
 /// How rays find what they hit.

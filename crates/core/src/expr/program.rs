@@ -4,7 +4,6 @@ use core::ops::Range;
 
 use super::error::{ExprError, Result};
 use super::graph::{Constant, Graph, Id, Node};
-use super::programs::Head;
 use super::run::Step;
 use super::scope::Variable;
 
@@ -14,6 +13,22 @@ pub const MAX_OPERATIONS: usize = 1024;
 /// Rows of registers that a program may have: the least that will do are set up at each hit. A row holds at least one of
 /// the operations, so that there are never more.
 pub(super) const SIZES: [usize; 4] = [8, 16, 64, MAX_OPERATIONS];
+
+/// Where a program is, and what is to be known of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Head {
+    /// Its first step and how many there are.
+    pub steps: [u32; 2],
+    /// Its first row of registers and how many there are.
+    pub registers: [u32; 2],
+    /// Bit i is set where row i of the hit is read, see [`Variable::place`].
+    pub rows: u8,
+    pub is_vector: bool,
+    /// The place of the value in the registers.
+    pub result: u16,
+    /// The variables that it reads, see [`Variable::bit`].
+    pub reads: u32,
+}
 
 /// A compiled expression: steps over registers, the first of which hold the variables, the next ones constants, and the rest
 /// what steps computed. It runs among [`Programs`](super::Programs), in the scalar that those have.

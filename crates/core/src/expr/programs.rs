@@ -2,7 +2,7 @@
 
 use raywright_bvh::scalar::{Real, Vector};
 
-use super::program::{MAX_OPERATIONS, Program};
+use super::program::{Head, MAX_OPERATIONS, Program};
 use super::run::{File, Row, Step};
 use super::scope::{Inputs, Variable};
 
@@ -23,22 +23,6 @@ pub struct Programs<R: Real> {
     /// The registers of each before its first step.
     registers: Vec<Row<R>>,
     heads: Vec<Head>,
-}
-
-/// Where a program is, and what is to be known of it.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Head {
-    /// Its first step and how many there are.
-    pub steps: [u32; 2],
-    /// Its first row of registers and how many there are.
-    pub registers: [u32; 2],
-    /// Bit i is set where row i of the hit is read, see [`Variable::place`].
-    pub rows: u8,
-    pub is_vector: bool,
-    /// The place of the value in the registers.
-    pub result: u16,
-    /// The variables that it reads, see [`Variable::bit`].
-    pub reads: u32,
 }
 
 /// Part of a table.

@@ -20,15 +20,11 @@ pub(crate) use whitted::WhittedTracer;
 
 use raywright_bvh::{Ray, Real, Vector};
 
-use crate::counters::Counters;
+use crate::counters::{Counters, MOST_PASSAGES};
 use crate::light::LightUsage;
 use crate::observer::Observer;
 use crate::prepare::Prepared;
 use crate::sampler::Address;
-
-/// Surfaces that the rays of a sample may pass as they go on unchanged, because nothing is there, or a part, or the same on both sides. It is
-/// no segment of a path, and a limit only so that there is an end: rays that reach it are counted.
-pub(crate) const MOST_PASSAGES: u32 = 1 << 13;
 
 /// As many camera rays as are intersected together.
 pub(crate) const PACKET: usize = 16;

@@ -11,6 +11,7 @@ mod ground;
 mod layered;
 mod matched;
 mod media;
+mod mis;
 mod mixture;
 mod nested;
 mod respond;

@@ -4,6 +4,7 @@ mod cells;
 mod lanes;
 mod list;
 mod middle;
+mod point;
 mod sample;
 
 use core::f64::consts::PI;

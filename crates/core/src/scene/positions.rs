@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
-use crate::origin::{FAR_FROM_OWN, near};
+use crate::nearby::{FAR_FROM_OWN, near};
 use crate::validate::FARTHEST;
 use raywright_bvh::Aabb;
 

@@ -4,11 +4,8 @@ use glam::DVec3;
 
 use super::SMALLEST;
 use super::check::{Check, list};
-use super::motion;
+use super::motion::{self, PARALLEL};
 use crate::scene::{Camera, Pinhole, Pose, Projection, Triple};
-
-/// Sine of the least angle between a camera's view and its up direction.
-pub(super) const PARALLEL: f64 = 1e-6;
 
 pub(super) fn camera(check: &mut Check<'_>, camera: &Camera) {
     if camera.name.parse::<u64>().is_ok() {

@@ -4,10 +4,12 @@
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::Motion;
 
-use super::camera::PARALLEL;
 use super::check::{Check, list};
 use crate::motion::ends;
 use crate::scene::{Camera, Material, Object, Pose};
+
+/// Sine of the least angle between a camera's view and its up direction.
+pub(super) const PARALLEL: f64 = 1e-6;
 
 /// Pieces of a camera's way that are looked at to tell whether it looks somewhere all along: far more than it takes, and few
 /// enough for a way that is nearly wrong everywhere.

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use raywright_core::suggest::closest;
 
 use super::accessor::Reader;
-use super::animation::Keys;
 use super::document::Document;
 use super::extensions;
+use super::keys::Keys;
 use crate::import::{Fault, Outcome, shown};
 
 /// What is asked of a glTF file. None: its default scene, its default look, at rest.

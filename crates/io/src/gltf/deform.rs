@@ -11,8 +11,8 @@ use super::accessor::Accessor;
 use super::buffers::absent;
 use super::document::Document;
 use super::entries::{Node, Primitive};
-use super::mesh::Vertices;
 use super::nodes::Placed;
+use super::vertices::Vertices;
 use crate::import::{Fault, Outcome};
 
 /// Moves of single vertices that one file may ask for: weights and joints in a few lines of text could keep a reader busy for ever.

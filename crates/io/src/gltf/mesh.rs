@@ -1,7 +1,6 @@
 //! Primitives of glTF meshes as triangle meshes.
 
 use glam::DVec3;
-use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use raywright_core::scene::MeshData;
 
 use super::Import;
@@ -10,11 +9,10 @@ use super::deform::{Moving, Pose, vectors};
 use super::document::Document;
 use super::entries::Primitive;
 use super::material::UsedMaterial;
+use super::texture::MOST_UV_SETS;
+use super::vertices::{Vertices, gathered, used_vertices};
 use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
-
-/// Sets of texture coordinates that are read; the specification asks for two.
-pub(super) const MOST_UV_SETS: u32 = raywright_core::scene::MOST_UV_SETS as u32;
 
 impl<'a> Import<'a> {
     /// The triangles of one primitive; none with a warning when it has none.
@@ -203,68 +201,10 @@ fn coordinates(set: u32) -> String {
     format!("TEXCOORD_{set}")
 }
 
-/// Elements that are worth another thread.
-const MANY: usize = 1 << 14;
-
-/// Something of each of the first numbers, in order: on the threads of the current pool where there is much of it.
-fn gathered<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    if count < 2 * MANY {
-        return (0..count).map(of).collect();
-    }
-    (0..count).into_par_iter().with_min_len(MANY).map(&of).collect()
-}
-
 /// How many vertices and how many indices a primitive has, by its own account.
 pub(super) fn elements(document: &Document, primitive: &Primitive) -> [u64; 2] {
     let count = |index: u32| document.accessors.get(index as usize).map_or(0, |accessor| accessor.count);
     [primitive.attributes.get("POSITION").copied(), primitive.indices].map(|index| index.map_or(0, count))
-}
-
-/// The vertices of the file that a primitive uses.
-pub(super) enum Vertices {
-    /// All of them.
-    All(usize),
-    /// Those of a list, ascending.
-    Some(Vec<u32>),
-}
-
-impl Vertices {
-    pub fn len(&self) -> usize {
-        match self {
-            Self::All(count) => *count,
-            Self::Some(list) => list.len(),
-        }
-    }
-
-    /// Something of each vertex, given its index in the file, in order.
-    fn gather<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
-        match self {
-            Self::All(count) => gathered(*count, of),
-            Self::Some(list) => gathered(list.len(), |i| of(list[i] as usize)),
-        }
-    }
-
-    /// Indices in the file.
-    pub fn iter(&self) -> Box<dyn Iterator<Item = usize> + '_> {
-        match self {
-            Self::All(count) => Box::new(0..*count),
-            Self::Some(list) => Box::new(list.iter().map(|&i| i as usize)),
-        }
-    }
-}
-
-/// Keeps a primitive that uses a small part of shared vertices from copying all of them.
-fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, Vec<[u32; 3]>) {
-    if corners.len().saturating_mul(3) >= count {
-        return (Vertices::All(count), corners);
-    }
-    let mut used = corners.as_flattened().to_vec();
-    used.sort_unstable();
-    used.dedup();
-    // Every corner is in the list it was made from.
-    let place = |i: &u32| used.partition_point(|u| u < i) as u32;
-    let indices = corners.iter().map(|[a, b, c]| [place(a), place(b), place(c)]).collect();
-    (Vertices::Some(used), indices)
 }
 
 /// A vertex colour as the specification bounds it; what is no number counts as white.

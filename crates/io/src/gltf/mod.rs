@@ -20,6 +20,7 @@ mod entries;
 mod extensions;
 mod glb;
 mod json;
+mod keys;
 mod layers;
 mod light;
 mod material;
@@ -29,6 +30,7 @@ mod objects;
 mod pointer;
 mod specular_glossiness;
 mod texture;
+mod vertices;
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;

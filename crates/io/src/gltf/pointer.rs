@@ -9,10 +9,10 @@ use std::collections::HashSet;
 use serde_json::{Map, Number, Value};
 
 use super::accessor::Reader;
-use super::animation::{Keys, sampler};
 use super::document::{self, Document};
 use super::entries::Channel;
 use super::json;
+use super::keys::{Keys, sampler};
 use crate::Limits;
 use crate::import::{Budget, Fault, Outcome, Warnings, shown};
 use crate::text::without_mark;

@@ -8,9 +8,11 @@ use raywright_core::validate::FARTHEST;
 use super::Import;
 use super::buffers::absent;
 use super::entries::{Image, Sampler, Texture, TextureTransform, TextureUse};
-use super::mesh::MOST_UV_SETS;
 use crate::import::{Fault, Outcome, endurable};
 use crate::{image_file, uri};
+
+/// Sets of texture coordinates that are read; the specification asks for two.
+pub(super) const MOST_UV_SETS: u32 = raywright_core::scene::MOST_UV_SETS as u32;
 
 /// What a texture's numbers mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,6 +8,7 @@ use raywright_core::scene::{Image, MeshSource, Sky, SkyMap};
 use raywright_core::suggest::closest;
 use raywright_core::validate::{mesh_data, missing_uv_sets};
 
+use super::models::unread;
 use super::{Parsed, colours, models};
 use crate::error::{Error, Warning};
 use crate::error_kind::ErrorKind;
@@ -103,15 +104,6 @@ fn no_picture(parsed: &Parsed<'_>, index: usize, fault: &Fault) -> Error {
 
 fn is_sky(parsed: &Parsed<'_>, name: &str) -> bool {
     matches!(&parsed.scene.sky, Some(Sky::Map(SkyMap { image, .. })) if image == name)
-}
-
-pub(super) fn unread(parsed: &Parsed<'_>, at: &str, why: &ReadError) -> Error {
-    let kind = match why {
-        ReadError::Refused(_) => ErrorKind::Input,
-        ReadError::Unreadable(_) => ErrorKind::File,
-        ReadError::TooLarge(_) => ErrorKind::Limit,
-    };
-    parsed.error(kind, at, why.to_string())
 }
 
 fn no_asset(name: &str) -> String {

@@ -11,15 +11,14 @@ use raywright_core::suggest::closest;
 use raywright_core::validate::FARTHEST;
 
 use super::Parsed;
-use super::files::unread;
 use crate::error::{Error, Warning};
 use crate::error_kind::ErrorKind;
-use crate::folder::Folder;
+use crate::folder::{Folder, ReadError};
 use crate::gltf::Choice;
-use crate::import::{Names, shown};
+use crate::import::{MODELS, Names, shown};
 use crate::limits::Limits;
 use crate::model_file;
-use crate::source::{Format, MODELS};
+use crate::source::Format;
 
 /// What is read once: a file, with the scene, variant and time that are meant of it.
 type Key = (String, Option<String>, Option<String>, Option<u64>);
@@ -216,4 +215,14 @@ fn moved(light: &Light, map: &DAffine3) -> Light {
         }
     }
     light
+}
+
+/// The fault of a file that could not be read.
+pub(super) fn unread(parsed: &Parsed<'_>, at: &str, why: &ReadError) -> Error {
+    let kind = match why {
+        ReadError::Refused(_) => ErrorKind::Input,
+        ReadError::Unreadable(_) => ErrorKind::File,
+        ReadError::TooLarge(_) => ErrorKind::Limit,
+    };
+    parsed.error(kind, at, why.to_string())
 }

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::own::is_own_picture;
-use super::place::{folder_of, follow};
+use super::place::{TEMPORARY, folder_of, follow};
 use crate::error::Error;
 
 /// What a file may take the place of.
@@ -94,9 +94,6 @@ fn take_after(file: &fs::File, other: &fs::Metadata) -> io::Result<()> {
     }
     file.set_permissions(fs::Permissions::from_mode(mode))
 }
-
-/// What the names of unfinished files begin with.
-pub(super) const TEMPORARY: &str = ".raywright-";
 
 #[cfg(test)]
 mod tests {

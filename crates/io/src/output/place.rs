@@ -9,11 +9,13 @@ use std::path::{Path, PathBuf};
 
 use same_file::Handle;
 
-use super::atomic::TEMPORARY;
 use crate::error::Error;
 
 /// Links in a row before they are taken for a circle; Linux follows as many.
 const MOST_LINKS: usize = 40;
+
+/// What the names of unfinished files begin with.
+pub(super) const TEMPORARY: &str = ".raywright-";
 
 /// A place to write a file to.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! Words beside the points of a plot, so that none covers another, a point or the legend.
 
-use super::plot::AREA;
+/// The plotted area: left, top, right, bottom.
+pub(super) const AREA: [f64; 4] = [84.0, 96.0, 816.0, 510.0];
 
 /// Of a character, on average, and of a line of the small words.
 const CHARACTER: f64 = 6.6;

@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use super::labels::Labels;
+use super::labels::{AREA, Labels};
 use super::scale::{Frame, Scale};
 
 use crate::masking::masked;
@@ -95,8 +95,6 @@ pub enum Colour {
 
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 578.0;
-/// The plotted area: left, top, right, bottom.
-pub(super) const AREA: [f64; 4] = [84.0, 96.0, 816.0, 510.0];
 
 const STYLE: &str = include_str!("plot.css");
 

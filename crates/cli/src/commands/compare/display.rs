@@ -2,11 +2,9 @@
 
 use raywright_core::display::Display;
 use raywright_core::picture::Encoding;
-use raywright_io::output::StoredPicture;
 use serde::Serialize;
 
 use super::noise::Judged;
-use crate::args::names;
 use crate::origin;
 
 /// The display of linear pictures.
@@ -78,15 +76,4 @@ impl ChosenDisplay {
         let [tone_map, gamma] = [origin::name(&tone_map), origin::name(&curve)];
         DisplayReport { tone_map, gamma, exposure: exposure_stops, from: self.source }
     }
-}
-
-/// The display that a picture's file says it is shown by, or was.
-pub fn told(stored: &StoredPicture) -> Option<Display> {
-    let metadata = stored.metadata();
-    Some(Display {
-        tone_map: names::parse(metadata.setting("tone_map")?).ok()?,
-        curve: names::parse(metadata.setting("gamma")?).ok()?,
-        exposure_stops: metadata.setting("exposure")?.parse().ok()?,
-        ..Display::default()
-    })
 }

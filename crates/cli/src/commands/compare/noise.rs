@@ -8,7 +8,7 @@ use raywright_core::picture::{Encoding, Picture};
 use raywright_io::output::{KeptFilm, StoredPicture, read_film, read_picture};
 use raywright_io::{Error, Limits};
 
-use super::display::told;
+use crate::args::names;
 use crate::failure::Failure;
 use crate::table::{short, significant};
 
@@ -56,6 +56,17 @@ fn freedom(stored: &StoredPicture) -> f64 {
     let metadata = stored.metadata();
     let many = metadata.setting("samples").and_then(|samples| samples.parse::<u32>().ok()).is_some_and(|samples| samples >= 64);
     if many || metadata.setting("reconstruction").is_some() { 3.0 } else { 1.0 }
+}
+
+/// The display that a picture's file says it is shown by, or was.
+fn told(stored: &StoredPicture) -> Option<Display> {
+    let metadata = stored.metadata();
+    Some(Display {
+        tone_map: names::parse(metadata.setting("tone_map")?).ok()?,
+        curve: names::parse(metadata.setting("gamma")?).ok()?,
+        exposure_stops: metadata.setting("exposure")?.parse().ok()?,
+        ..Display::default()
+    })
 }
 
 impl Judged {

@@ -4,6 +4,7 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::super::PathSegment;
 use super::super::shadow::Transmittance;
+use super::mis::MisStrategy;
 use super::respond::LightResponse;
 use super::{PathState, PathTracer, weight};
 use crate::interaction::Interaction;
@@ -22,24 +23,6 @@ pub(super) struct LightQuery<R: Real> {
     /// Whether it shines through the surface.
     pub through: bool,
     pub strategy: MisStrategy,
-}
-
-/// What a light asks of a surface.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum MisStrategy {
-    /// What it sends back.
-    Value,
-    /// The same of a light without size, of which only some make highlights.
-    Delta { shines: bool },
-    /// What it sends back, and how densely it would have drawn a direction that the light drew with this density.
-    Weighed(f64),
-}
-
-impl MisStrategy {
-    /// Whether what is diffused alone answers it.
-    pub fn is_dull(&self) -> bool {
-        matches!(self, Self::Delta { shines: false })
-    }
 }
 
 impl<R: Real> PathTracer<'_, R> {

@@ -3,7 +3,7 @@
 
 use raywright_bvh::{Loops, Ray, Real, Vector};
 
-use super::direct::MisStrategy;
+use super::mis::MisStrategy;
 use super::respond::Answers;
 use super::roulette::{is_number, is_some, survive};
 use super::vertices::VertexLanes;

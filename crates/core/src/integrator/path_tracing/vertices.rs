@@ -3,7 +3,7 @@
 use raywright_bvh::Real;
 
 use super::PathState;
-use super::direct::MisStrategy;
+use super::mis::MisStrategy;
 use crate::interaction::Interaction;
 use crate::light::{Column, LANES, SurfaceLanes, Vec3Column, put};
 use crate::material::MetallicRoughness;

@@ -3,7 +3,7 @@
 use raywright_bvh::{Loops, Real, SurfacePoint, Vector, widest};
 
 use super::list::Emitter;
-use super::sample::{EmitterPoint, PointDensity, outwards};
+use super::point::{EmitterPoint, PointDensity, outwards};
 use crate::light::lanes::{Column, LANES, LightLanes, SurfaceLanes, Vec3Column, put, vector};
 use crate::light::polygon::{Polygon, PolygonLanes};
 

@@ -1,0 +1,39 @@
+//! Which pictures are asked for: how many samples at most, which views, moments and shares.
+
+use raywright_core::Settings;
+use raywright_core::framing::View;
+
+/// Samples a pixel that can be asked for.
+pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
+
+/// Views with their names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Views(pub Vec<(String, View)>);
+
+/// Moments of a film: from the first second up to the last, so many a second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frames {
+    /// The first moment.
+    pub from: f64,
+    /// Where the moments end.
+    pub to: f64,
+    /// How many a second.
+    pub rate: f64,
+}
+
+impl Frames {
+    /// Each moment.
+    pub fn times(self) -> impl Iterator<Item = f64> {
+        let count = ((self.to - self.from) * self.rate - 1e-9).ceil().max(1.0) as u32;
+        (0..count).map(move |i| self.from + f64::from(i) / self.rate)
+    }
+}
+
+/// One of several shares of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// Which, counted from one.
+    pub number: u32,
+    /// How many there are.
+    pub of: u32,
+}

@@ -1,0 +1,61 @@
+//! The vertices of a primitive that triangles use.
+
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+
+/// Elements that are worth another thread.
+const MANY: usize = 1 << 14;
+
+/// The vertices of the file that a primitive uses.
+pub(super) enum Vertices {
+    /// All of them.
+    All(usize),
+    /// Those of a list, ascending.
+    Some(Vec<u32>),
+}
+
+impl Vertices {
+    pub fn len(&self) -> usize {
+        match self {
+            Self::All(count) => *count,
+            Self::Some(list) => list.len(),
+        }
+    }
+
+    /// Something of each vertex, given its index in the file, in order.
+    pub fn gather<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        match self {
+            Self::All(count) => gathered(*count, of),
+            Self::Some(list) => gathered(list.len(), |i| of(list[i] as usize)),
+        }
+    }
+
+    /// Indices in the file.
+    pub fn iter(&self) -> Box<dyn Iterator<Item = usize> + '_> {
+        match self {
+            Self::All(count) => Box::new(0..*count),
+            Self::Some(list) => Box::new(list.iter().map(|&i| i as usize)),
+        }
+    }
+}
+
+/// Keeps a primitive that uses a small part of shared vertices from copying all of them.
+pub(super) fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, Vec<[u32; 3]>) {
+    if corners.len().saturating_mul(3) >= count {
+        return (Vertices::All(count), corners);
+    }
+    let mut used = corners.as_flattened().to_vec();
+    used.sort_unstable();
+    used.dedup();
+    // Every corner is in the list it was made from.
+    let place = |i: &u32| used.partition_point(|u| u < i) as u32;
+    let indices = corners.iter().map(|[a, b, c]| [place(a), place(b), place(c)]).collect();
+    (Vertices::Some(used), indices)
+}
+
+/// Something of each of the first numbers, in order: on the threads of the current pool where there is much of it.
+pub(super) fn gathered<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    if count < 2 * MANY {
+        return (0..count).map(of).collect();
+    }
+    (0..count).into_par_iter().with_min_len(MANY).map(&of).collect()
+}

@@ -1,0 +1,18 @@
+//! How large a picture may be.
+
+use crate::Limits;
+use crate::import::{Fault, Outcome};
+
+/// Checks a header's dimensions before anything is allocated for them.
+pub(crate) fn check_size(width: u64, height: u64, limits: &Limits) -> Outcome<()> {
+    if width == 0 || height == 0 {
+        return Err(Fault::input("is a picture without pixels"));
+    }
+    if width.saturating_mul(height) > limits.image_pixels {
+        return Err(Fault::limit(format!(
+            "is a picture of {width} x {height} pixels; at most {} pixels are read",
+            limits.image_pixels
+        )));
+    }
+    Ok(())
+}
