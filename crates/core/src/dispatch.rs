@@ -179,6 +179,16 @@ impl Ready {
         Rendered::of(&film, observer)
     }
 
+    /// A film as by other settings, and what of it is rendered into it; they may differ from its own in crop, seed, samples, sampler, replicates,
+    /// tiles and denoising, for which nothing of the scene is prepared.
+    pub(crate) fn expose_as(&self, settings: &Settings, observer: &dyn Observer) -> Film {
+        debug_assert_eq!(self.settings.sampling.is_fixed(), settings.sampling.is_fixed(), "patterns call for other effects");
+        let mut film = Film::new("", settings, Plan::new(settings, self.is_by_chance()));
+        let whole = film.whole();
+        each!(&self.inner, prepared => self.with_integrator(prepared, settings, (&mut film, &whole), observer));
+        film
+    }
+
     /// A film with nothing on it yet, to be rendered part by part. `scene` is whatever tells scenes apart, such as a hash of
     /// their files: parts of different scenes do not merge.
     pub fn film(&self, scene: &str) -> Film {
@@ -211,14 +221,20 @@ impl Ready {
     }
 
     fn render_units(&self, film: &mut Film, part: &Part, observer: &dyn Observer) {
-        each!(&self.inner, prepared => self.with_integrator(prepared, film, part, observer));
+        each!(&self.inner, prepared => self.with_integrator(prepared, &self.settings, (film, part), observer));
     }
 
-    fn with_integrator<R: Real>(&self, prepared: &Prepared<R>, film: &mut Film, part: &Part, observer: &dyn Observer) {
+    fn with_integrator<R: Real>(
+        &self,
+        prepared: &Prepared<R>,
+        settings: &Settings,
+        (film, part): (&mut Film, &Part),
+        observer: &dyn Observer,
+    ) {
         if self.follows_paths {
-            render::<R, PathTracer<'_, R>>(prepared, &self.settings, film, part, observer);
+            render::<R, PathTracer<'_, R>>(prepared, settings, film, part, observer);
         } else {
-            render::<R, WhittedTracer<'_, R>>(prepared, &self.settings, film, part, observer);
+            render::<R, WhittedTracer<'_, R>>(prepared, settings, film, part, observer);
         }
     }
 

@@ -13,8 +13,8 @@ use super::{names, values};
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Every choice that trades accuracy for time is a rung of a ladder. Each rung that the scene can reach is rendered in turn, at a \
-reduced size, and compared with a reference: f64, every ladder on its most exact rung, as many samples as there is time for. \
+Every choice that trades accuracy for time is a rung of a ladder. Each rung that the scene can reach is rendered in turn, on tiles of \
+the picture as it is rendered, and compared with a reference: f64, every ladder on its most exact rung, at least four times the samples. \
 The reference's own error is stated and subtracted. Times are CPU seconds of all threads, without preparation.
 
 Examples:
@@ -43,11 +43,11 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "60s", value_parser = values::duration)]
     pub budget: Duration,
 
-    /// Size of the renders in pixels [default: as large as there is time for, at most the scene's own]
+    /// Size of the picture in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::size)]
     pub size: Option<[u32; 2]>,
 
-    /// Times that each setting is rendered, with other random numbers each; fewer where time is out
+    /// Times that what is worth naming is rendered where all of the picture is measured, with other random numbers each; fewer where time is out
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
     pub rounds: u32,
 

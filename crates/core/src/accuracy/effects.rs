@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use super::Listener;
 use super::renderer::{Now, Renderer, TimedRender, Unfinished};
-use super::setting::Setting;
 use crate::bench::Spread;
 use crate::bench::clock::{Stopwatch, of_process};
 use crate::display::Display;
@@ -119,8 +118,9 @@ impl Bench<'_> {
     }
 
     fn take(&self, settings: &Settings, round: u64) -> Result<TimedRender, Unfinished> {
-        let studio = Renderer { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch, now: self.now };
-        studio.take(&Setting::default(), round, self.start + self.budget)
+        let settings = Settings { seed: settings.seed.wrapping_add(round), ..settings.clone() };
+        let renderer = Renderer::new(self.scene, &settings, self.observer, (self.stopwatch, self.now));
+        renderer.render(self.scene, &settings, self.start + self.budget)
     }
 
     /// Size at which all renders take four fifths of the time, by what the smallest takes; at most the scene's.

@@ -29,20 +29,24 @@ pub(super) struct Steps {
     pub start: usize,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Direction {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Direction {
     Faster,
     MoreExact,
 }
 
-/// Walks from a setting in both directions, over those settings that `is_possible` allows. `measure` gives the point of a setting, none
-/// where time is out.
-pub(super) fn walk(
-    steps: &[Steps],
-    (start, point): (&Setting, Point),
-    is_possible: &dyn Fn(&Setting) -> bool,
-    measure: &mut dyn FnMut(&Setting) -> Option<Point>,
-) -> Vec<(Setting, Point)> {
+/// Who measures the settings that a walk comes to.
+pub(super) trait Surveyor {
+    /// Whether a setting can be asked for.
+    fn is_possible(&self, setting: &Setting) -> bool;
+    /// The point of a setting; none where time is out.
+    fn measure(&mut self, setting: &Setting) -> Option<Point>;
+    /// Whether a setting is beyond another one in a direction, as surely as both were measured, and may be gone on from.
+    fn is_beyond(&self, setting: &Setting, other: &Setting, direction: Direction) -> bool;
+}
+
+/// Walks from a setting in both directions.
+pub(super) fn walk(steps: &[Steps], (start, point): (&Setting, Point), surveyor: &mut dyn Surveyor) -> Vec<(Setting, Point)> {
     let mut found = Vec::new();
     for direction in [Direction::Faster, Direction::MoreExact] {
         let mut walk = Walk { steps, at: steps.iter().map(|s| (s.ladder, s.start)).collect(), point, setting: start.clone() };
@@ -50,17 +54,13 @@ pub(super) fn walk(
         for _ in 0..LONGEST_WALK {
             let Some((ladder, rung)) = walk.best(direction, &barred) else { break };
             let setting = walk.moved(ladder, rung);
-            if !is_possible(&setting) {
+            if !surveyor.is_possible(&setting) {
                 barred.push((ladder, rung));
                 continue;
             }
-            let Some(point) = measure(&setting) else { return found };
+            let Some(point) = surveyor.measure(&setting) else { return found };
             found.push((setting.clone(), point));
-            let better = match direction {
-                Direction::Faster => point.time < walk.point.time,
-                Direction::MoreExact => point.error < walk.point.error,
-            };
-            if better {
+            if surveyor.is_beyond(&setting, &walk.setting, direction) {
                 walk.at.insert(ladder, rung);
                 (walk.setting, walk.point) = (setting, point);
             } else {
@@ -172,15 +172,47 @@ mod tests {
         point(n * factor, 1.0 / n + own)
     }
 
+    /// Remembers what is asked for, and answers by a rule; what is impossible, and what is beyond another by less than a share.
+    struct Rule<'a> {
+        asked: Vec<String>,
+        truth: &'a dyn Fn(&Setting) -> Option<Point>,
+        impossible: &'a [&'a str],
+        sure: f64,
+    }
+
+    impl<'a> Rule<'a> {
+        fn of(truth: &'a dyn Fn(&Setting) -> Option<Point>) -> Self {
+            Self { asked: Vec::new(), truth, impossible: &[], sure: 1.0 }
+        }
+    }
+
+    impl Surveyor for Rule<'_> {
+        fn is_possible(&self, setting: &Setting) -> bool {
+            setting.rung(Ladder::Samples).is_none_or(|samples| !self.impossible.contains(&samples.rung()))
+        }
+
+        fn measure(&mut self, setting: &Setting) -> Option<Point> {
+            self.asked.push(setting.to_string());
+            (self.truth)(setting)
+        }
+
+        fn is_beyond(&self, setting: &Setting, other: &Setting, direction: Direction) -> bool {
+            let [new, old] = [setting, other].map(|setting| (self.truth)(setting).expect("measured"));
+            match direction {
+                Direction::Faster => new.time < self.sure * old.time,
+                Direction::MoreExact => new.error < self.sure * old.error,
+            }
+        }
+    }
+
     /// Protects: towards less time the rung that costs nothing in error is taken first, towards less error more samples before
     /// the other ladder, whose gain is are half of what is left in the end; and the walk ends at the ends of its ladders.
     #[test]
     fn walks_take_what_gives_most() {
-        let mut asked = Vec::new();
-        let found = walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &|_| true, &mut |setting| {
-            asked.push(setting.to_string());
-            Some(truth(setting))
-        });
+        let known = |setting: &Setting| Some(truth(setting));
+        let mut rule = Rule::of(&known);
+        let found = walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &mut rule);
+        let asked = rule.asked;
         assert_eq!(
             asked[..3],
             ["light-sampling=scattering", "light-sampling=scattering samples=4", "light-sampling=scattering samples=1"]
@@ -197,11 +229,10 @@ mod tests {
         let mut steps = steps();
         steps[0].start = 1;
         let four = Setting::one(Choice::parse("samples=4").expect("a rung"));
-        let mut asked = Vec::new();
-        walk(&steps, (&four, truth(&four)), &|_| true, &mut |setting| {
-            asked.push(setting.to_string());
-            Some(truth(setting))
-        });
+        let known = |setting: &Setting| Some(truth(setting));
+        let mut rule = Rule::of(&known);
+        walk(&steps, (&four, truth(&four)), &mut rule);
+        let asked = rule.asked;
         assert_eq!(asked[..2], ["light-sampling=scattering samples=4", "light-sampling=scattering samples=1"]);
         assert_eq!(asked[2..5], ["as it is", "samples=64", "samples=256"]);
     }
@@ -209,29 +240,23 @@ mod tests {
     /// Protects: settings that can't be asked for are neither measured nor gone on from; the walk takes the other ladders' steps.
     #[test]
     fn walks_go_around_what_is_impossible() {
-        let is_possible =
-            |setting: &Setting| setting.rung(Ladder::Samples).is_none_or(|samples| !["1", "256"].contains(&samples.rung()));
-        let mut asked = Vec::new();
-        walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &is_possible, &mut |setting| {
-            asked.push(setting.to_string());
-            Some(truth(setting))
-        });
+        let known = |setting: &Setting| Some(truth(setting));
+        let mut rule = Rule { impossible: &["1", "256"], ..Rule::of(&known) };
+        walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &mut rule);
         assert_eq!(
-            asked,
+            rule.asked,
             ["light-sampling=scattering", "light-sampling=scattering samples=4", "samples=64", "light-sampling=both samples=64"]
         );
     }
 
-    /// Protects: a step that turns out to be none is not taken twice, and a walk ends where time is out.
+    /// Protects: a step that is not surely one is not taken, and not tried twice; a walk ends where time is out.
     #[test]
     fn walks_end() {
-        let mut asked = 0;
-        let found = walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &|_| true, &mut |_| {
-            asked += 1;
-            Some(point(16.0, 0.0635))
-        });
+        let known = |setting: &Setting| Some(truth(setting));
+        let mut rule = Rule { sure: 0.2, ..Rule::of(&known) };
+        let found = walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &mut rule);
         // Faster: both ladders once; more exact: samples once, since lights promise too little.
-        assert_eq!((asked, found.len()), (3, 3));
-        assert!(walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &|_| true, &mut |_| None).is_empty());
+        assert_eq!((rule.asked.len(), found.len()), (3, 3), "{:?}", rule.asked);
+        assert!(walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &mut Rule::of(&|_| None)).is_empty());
     }
 }

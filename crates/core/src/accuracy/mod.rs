@@ -1,8 +1,10 @@
 //! What accuracy costs in time on one scene: every rung of every ladder that the scene reaches, rendered in turn and compared with a
 //! reference better than all of them, and the combinations that are worth their time. It prints nothing.
 //!
-//! Renders of one setting differ in their random numbers, round by round; within a round all settings have the same, so that what
-//! a choice alone changes is seen free of noise. Rounds go through all settings, so that a machine that gets slower meets all alike.
+//! Pictures are measured at the size at which they are rendered, on tiles drawn with known probabilities (`tiles`), since a part of a picture
+//! has the bits of the whole. What tiles say of the whole is an estimate with an interval that counts both which tiles were drawn and the
+//! noise within them. Renders of one setting differ in their random numbers, round by round; within a round all settings have the same, so
+//! that what a choice alone changes is seen free of noise.
 
 mod answer;
 mod effects;
@@ -14,6 +16,7 @@ mod renderer;
 mod report;
 mod session;
 mod setting;
+mod tiles;
 
 use core::time::Duration;
 use std::time::Instant;
@@ -32,6 +35,7 @@ pub use estimate::{Errors, Interval};
 pub use outputs::OutputReport;
 pub use report::{
     Advice, Answer, Base, Candidate, LadderReport, Measured, Price, PriceReport, Reference, Report, RungCost, RungReport, Shown,
+    Tiles,
 };
 pub use setting::Setting;
 
@@ -40,9 +44,9 @@ pub use setting::Setting;
 pub struct Effort {
     /// Time that all of it may take: renders end where it does.
     pub budget: Duration,
-    /// Width and height of the renders in pixels; none: as many pixels as the budget allows for, at most the scene's.
+    /// Width and height of the picture in pixels; none: the scene's.
     pub size: Option<[u32; 2]>,
-    /// Rounds wanted, at least two; fewer where time is out.
+    /// Times that a tile is rendered where all tiles were, at least two; fewer where time is out.
     pub rounds: u32,
 }
 
@@ -71,7 +75,7 @@ pub struct KeptReference {
 pub struct Start<'a> {
     /// What tells the scene from others, in a text that is only ever compared.
     pub scene: &'a str,
-    /// The reference of an earlier measurement, whose rungs and size are taken over; none: one is rendered.
+    /// The reference of an earlier measurement, whose rungs are taken over; none: one is rendered.
     pub reference: Option<KeptReference>,
 }
 

@@ -6,7 +6,7 @@ use crate::bench::Spread;
 use crate::bench::clock::Stopwatch;
 use crate::display::{Display, Output};
 use crate::ladder::{Choice, Ladder, RungValue};
-use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};
+use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip};
 use crate::picture::Picture;
 
 /// Times that a picture is coded, of which the median counts.
@@ -36,11 +36,19 @@ pub struct OutputReport {
     pub clipped: f64,
 }
 
-/// Every rung on a picture, as the display settings show it.
-pub(super) fn outputs(picture: &Picture, display: Display, in_use: Output, stopwatch: Stopwatch) -> Vec<OutputReport> {
-    let shown = display.to_values(picture);
-    let saturated = shown.rgb.iter().filter(|rgb| rgb.iter().any(|&v| v >= 1.0)).count();
-    let share = saturated as f64 / shown.rgb.len().max(1) as f64;
+/// Every rung on the tiles of a picture, each with the chance that it had, as the display settings show it; `pixels` has the whole picture.
+pub(super) fn outputs(
+    tiles: &[(f64, &Picture)],
+    pixels: f64,
+    display: Display,
+    in_use: Output,
+    stopwatch: Stopwatch,
+) -> Vec<OutputReport> {
+    let shown: Vec<(f64, Picture)> = tiles.iter().map(|(chance, picture)| (1.0 / chance, display.to_values(picture))).collect();
+    let total = |of: &dyn Fn(&Picture) -> f64| shown.iter().map(|(weight, tile)| weight * of(tile)).sum::<f64>();
+    let counted = total(&|tile| tile.pixels() as f64).max(1.0);
+    let saturated = |tile: &Picture| tile.rgb.iter().filter(|rgb| rgb.iter().any(|&v| v >= 1.0)).count() as f64;
+    let share = total(&saturated) / counted;
     let report = |choice: Choice| {
         let RungValue::Output(kind) = choice.value() else { return None };
         let bare = OutputReport {
@@ -58,24 +66,32 @@ pub(super) fn outputs(picture: &Picture, display: Display, in_use: Output, stopw
             return Some(bare);
         }
         let coder = Display { output: kind, ..display };
-        let opaque = Picture { alpha: None, layers: Vec::new(), ..picture.clone() };
+        let opaque: Vec<Picture> =
+            tiles.iter().map(|(_, tile)| Picture { alpha: None, layers: Vec::new(), ..(*tile).clone() }).collect();
         let mut codes = Vec::new();
         let mut once = || {
             stopwatch(&mut || {
-                codes = coder.to_codes(&opaque);
-                codes.len() as u64
+                codes = opaque.iter().map(|tile| coder.to_codes(tile)).collect();
+                codes.iter().map(|codes: &Vec<u8>| codes.len() as u64).sum()
             })
         };
         let seconds: Vec<f64> = (0..ROUNDS).map(|_| once()).collect();
-        let stored = values(&codes, kind, &shown);
-        let differences =
-            || stored.rgb.iter().zip(&shown.rgb).flat_map(|(a, b)| (0..3).map(|i| f64::from(a[i]) - f64::from(b[i])));
-        let count = (3 * shown.rgb.len()).max(1) as f64;
+        let here = opaque.iter().map(Picture::pixels).sum::<usize>().max(1);
+        let (mut squares, mut flips, mut greatest) = (0.0, 0.0, 0.0_f64);
+        for ((weight, shown), codes) in shown.iter().zip(&codes) {
+            let stored = values(codes, kind, shown);
+            let differences =
+                stored.rgb.iter().zip(&shown.rgb).flat_map(|(a, b)| (0..3).map(|i| f64::from(a[i]) - f64::from(b[i])));
+            squares += weight * differences.clone().map(|d| d * d).sum::<f64>();
+            greatest = differences.map(f64::abs).fold(greatest, f64::max);
+            let map = flip(&stored, shown, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default();
+            flips += weight * map.iter().map(|&v| f64::from(v)).sum::<f64>();
+        }
         Some(OutputReport {
-            seconds: Some(Spread::of(&seconds)),
-            rmse: (differences().map(|d| d * d).sum::<f64>() / count).sqrt(),
-            greatest: differences().map(f64::abs).fold(0.0, f64::max),
-            flip: statistics(&flip(&stored, &shown, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default()).mean,
+            seconds: Some(Spread::of(&seconds).scaled(pixels / here as f64)),
+            rmse: (squares / (3.0 * counted)).sqrt(),
+            greatest,
+            flip: flips / counted,
             clipped: share,
             ..bare
         })

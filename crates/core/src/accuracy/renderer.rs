@@ -1,27 +1,40 @@
 //! Where settings are rendered and timed: prepared outside the clock, watched by whoever asked, and given up when time is out.
 
-use core::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::cell::RefCell;
 use std::time::Instant;
 
-use super::estimate::Truth;
-use super::measurements::Reference;
-use super::report::Reference as Told;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+
+use super::estimate::relative_variance;
 use super::setting::{Setting, reference};
+use super::tiles::{Grid, Look};
 use super::{MeasureError, Start};
 use crate::bench::clock::Stopwatch;
+use crate::denoise::DenoiseError;
 use crate::dispatch::{Ready, prepare};
-use crate::display::Display;
 use crate::film::{Film, Part};
+use crate::ladder::Ladder;
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
+use crate::render::Rendered;
 use crate::scene::Scene;
-use crate::settings::{Aov, Settings};
+use crate::settings::{Crop, Sampling, Settings};
 
-/// Most replicates of the reference, which its standard error is estimated from, and samples of each.
-const REPLICATES: u32 = 64;
-const SAMPLES: u32 = 256;
+/// Parts of the reference with random numbers of their own, which its standard error is estimated from.
+const REPLICATES: u32 = 4;
+
+/// Pixels around a tile that is denoised: the filter looks no farther for what it is mixed with, though some farther for that itself.
+pub(super) const MARGIN: u32 = 20;
+
+/// Bytes of scenes that are kept prepared.
+const KEPT_BYTES: u64 = 1 << 30;
+
+/// Most samples of a first look.
+const LOOK_SAMPLES: u32 = 4;
+
+/// Edge of what threads take at a time from a tile in pixels, where pictures do not depend on it.
+const UNIT: u32 = 16;
 
 /// Tells the time. Tests bring one that goes by how often it is asked.
 pub(super) type Now<'a> = &'a (dyn Fn() -> Instant + Sync);
@@ -43,6 +56,22 @@ impl Unfinished {
             Self::Failed(error) => error,
         }
     }
+
+    /// None where it is only late.
+    pub fn allow<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(Self::Late) => Ok(None),
+            Err(Self::Failed(error)) => Err(error),
+        }
+    }
+}
+
+/// A scene that was prepared for a setting, and for all that differ from it in ladders that nothing is prepared for.
+struct PreparedSetting {
+    setting: Setting,
+    is_fixed: bool,
+    ready: Ready,
 }
 
 /// Scene, settings and clock.
@@ -53,11 +82,15 @@ pub(super) struct Renderer<'a> {
     /// In seconds of all threads.
     pub stopwatch: Stopwatch,
     pub now: Now<'a>,
+    /// The latest ones, so that a scene is not prepared for each tile.
+    prepared: RefCell<Vec<PreparedSetting>>,
 }
 
 /// One finished render.
 pub(super) struct TimedRender {
     pub picture: Picture,
+    /// Light of the denoised picture over that of the noisy one; one where it is not denoised.
+    pub brightened: f64,
     /// Seconds of all threads for rendering alone, and for preparing.
     pub seconds: f64,
     pub preparing: f64,
@@ -81,119 +114,185 @@ impl Observer for Deadline<'_> {
     }
 }
 
-/// When the reference ends: as soon as time is out, if there are two replicates by then; in any case with all the time.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ReferenceTime {
-    pub end: Instant,
-    pub latest: Instant,
-}
-
-impl Renderer<'_> {
-    /// Renders a setting with the random numbers of a round.
-    pub fn take(&self, setting: &Setting, round: u64, end: Instant) -> Result<TimedRender, Unfinished> {
-        let (scene, mut settings) = setting.applied(self.scene, self.settings);
-        settings.seed = settings.seed.wrapping_add(round);
-        self.render(&scene, &settings, end)
+impl<'a> Renderer<'a> {
+    pub fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        observer: &'a dyn Observer,
+        (stopwatch, now): (Stopwatch, Now<'a>),
+    ) -> Self {
+        Self { scene, settings, observer, stopwatch, now, prepared: RefCell::default() }
     }
 
-    /// Renders any scene.
+    /// Renders parts of a setting with the random numbers of a round, side by side, or all of it where there is none. Their time is that of
+    /// all together, divided by their rays: a clock of the whole process can't tell them apart.
+    pub fn take(&self, setting: &Setting, parts: &[Crop], round: u64, end: Instant) -> Result<Vec<TimedRender>, Unfinished> {
+        let (scene, settings) = setting.applied(self.scene, self.settings);
+        let settings = Settings { seed: settings.seed.wrapping_add(round), ..settings };
+        self.with_prepared(setting, (&scene, &settings), end, |ready| self.timed(ready, (&settings, parts), 0.0, end))?
+    }
+
+    /// Samples of a first look.
+    pub fn look_samples(&self) -> u32 {
+        let samples = self.settings.sampling.count();
+        if self.settings.sampling.is_fixed() { samples } else { samples.clamp(2, LOOK_SAMPLES) }
+    }
+
+    /// Looks at tiles: what each takes, and how noisy a few samples are.
+    pub fn look(&self, grid: Grid, tiles: &[u32], end: Instant) -> Result<Vec<Look>, Unfinished> {
+        let sampling = self.settings.sampling;
+        let sampling = if sampling.is_fixed() { sampling } else { Sampling::General(self.look_samples()) };
+        let settings = Settings { sampling, replicates: Some(2), denoise: false, ..self.settings.clone() };
+        let (until, parts) = (self.until(end), tiles.iter().map(|&tile| grid.tile(tile)).collect::<Vec<_>>());
+        self.with_prepared(&Setting::default(), (self.scene, &settings), end, |ready| {
+            let render = |settings: &Settings| ready.expose_as(settings, &until);
+            let films = self.side_by_side(&parts, &settings, render, |film| film.counters().rays());
+            if films.iter().any(|(film, _)| film.unfinished() > 0) {
+                return Err(Unfinished::Late);
+            }
+            let noise = |film: &Film| {
+                let pixels = film.whole().tiles.filter_map(|part| film.means_of(part)).flatten();
+                pixels.map(|pixel| relative_variance(&pixel)).sum()
+            };
+            Ok(tiles
+                .iter()
+                .zip(&films)
+                .map(|(&tile, (film, seconds))| Look { tile, seconds: *seconds, noise: noise(film) })
+                .collect())
+        })?
+    }
+
+    /// Makes something of parts, side by side, with the seconds of each: those of all, divided by rays.
+    fn side_by_side<T: Send>(
+        &self,
+        parts: &[Crop],
+        settings: &Settings,
+        render: impl Fn(&Settings) -> T + Sync,
+        rays: impl Fn(&T) -> u64,
+    ) -> Vec<(T, f64)> {
+        let mut done = Vec::new();
+        let tile_size = if settings.sampling.is_fixed() { settings.tile_size } else { UNIT };
+        let part = |&part: &Crop| render(&Settings { crop: Some(part), tile_size, ..settings.clone() });
+        let seconds = (self.stopwatch)(&mut || {
+            done = match parts {
+                [] => vec![render(&Settings { crop: None, ..settings.clone() })],
+                parts => parts.par_iter().map(part).collect(),
+            };
+            done.iter().map(&rays).sum()
+        });
+        let (sum, count) = (done.iter().map(&rays).sum::<u64>() as f64, done.len() as f64);
+        let share = |of: &T| if sum > 0.0 { rays(of) as f64 / sum } else { 1.0 / count };
+        done.into_iter().map(|of| (share(&of), of)).map(|(share, of)| (of, seconds * share)).collect()
+    }
+
+    /// Does something with a scene that was prepared for these settings, or for others that nothing else is prepared for.
+    fn with_prepared<T>(
+        &self,
+        setting: &Setting,
+        (scene, settings): (&Scene, &Settings),
+        end: Instant,
+        work: impl FnOnce(&Ready) -> T,
+    ) -> Result<T, Unfinished> {
+        let is_fixed = settings.sampling.is_fixed();
+        let free = [Ladder::Samples, Ladder::Sampler, Ladder::Reconstruction];
+        let setting = free.into_iter().fold(setting.clone(), |setting, ladder| setting.without(ladder));
+        let mut prepared = self.prepared.borrow_mut();
+        let place = prepared.iter().position(|of| of.setting == setting && of.is_fixed == is_fixed);
+        let latest = match place {
+            Some(place) => prepared.remove(place),
+            None => PreparedSetting { setting, is_fixed, ready: self.prepare(scene, settings, end)?.0 },
+        };
+        let done = work(&latest.ready);
+        prepared.push(latest);
+        let bytes = |of: &PreparedSetting| of.ready.memory().total() - of.ready.memory().film;
+        while prepared.len() > 1 && prepared.iter().map(bytes).sum::<u64>() > KEPT_BYTES {
+            prepared.remove(0);
+        }
+        Ok(done)
+    }
+
+    /// Prepares a setting anew and renders parts of it.
+    pub fn render_parts(
+        &self,
+        setting: &Setting,
+        parts: &[Crop],
+        round: u64,
+        end: Instant,
+    ) -> Result<Vec<TimedRender>, Unfinished> {
+        let (scene, settings) = setting.applied(self.scene, self.settings);
+        let settings = Settings { seed: settings.seed.wrapping_add(round), ..settings };
+        let (ready, preparing) = self.prepare(&scene, &settings, end)?;
+        self.timed(&ready, (&settings, parts), preparing, end)
+    }
+
+    /// Prepares and renders any scene.
     pub fn render(&self, scene: &Scene, settings: &Settings, end: Instant) -> Result<TimedRender, Unfinished> {
-        let until = self.until(end);
+        let (ready, preparing) = self.prepare(scene, settings, end)?;
+        self.timed(&ready, (settings, &[]), preparing, end)?.pop().ok_or(Unfinished::Late)
+    }
+
+    fn prepare(&self, scene: &Scene, settings: &Settings, end: Instant) -> Result<(Ready, f64), Unfinished> {
         let mut ready = Err(PrepareError::Cancelled);
         let preparing = (self.stopwatch)(&mut || {
-            ready = prepare(scene, settings, &until);
+            ready = prepare(scene, settings, &self.until(end));
             0
         });
-        let ready = ready.map_err(why)?;
-        let mut rendered = None;
-        let seconds = (self.stopwatch)(&mut || {
-            let done = ready.render(&until);
-            let rays = done.counters.rays();
-            rendered = Some(done);
-            rays
-        });
-        let Some(rendered) = rendered.filter(|rendered| rendered.finished) else {
+        match ready {
+            Ok(ready) => Ok((ready, preparing)),
+            Err(PrepareError::Cancelled) => Err(Unfinished::Late),
+            Err(error) => Err(Unfinished::Failed(error)),
+        }
+    }
+
+    /// Renders parts with something that is prepared, or all where there are none.
+    fn timed(
+        &self,
+        ready: &Ready,
+        (settings, parts): (&Settings, &[Crop]),
+        preparing: f64,
+        end: Instant,
+    ) -> Result<Vec<TimedRender>, Unfinished> {
+        let until = self.until(end);
+        let render = |settings: &Settings| Rendered::of(&ready.expose_as(settings, &until), &until);
+        let renders = self.side_by_side(parts, settings, render, |rendered| rendered.counters.rays());
+        let is_stopped = |rendered: &Rendered| matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled)));
+        if renders.iter().any(|(rendered, _)| !rendered.finished || is_stopped(rendered)) {
             return Err(Unfinished::Late);
-        };
-        Ok(TimedRender {
+        }
+        let timed = |(rendered, seconds): (Rendered, f64)| TimedRender {
             rays: rendered.counters.rays(),
+            brightened: rendered.denoised().map_or(1.0, |denoised| 1.0 + denoised.brightened),
             picture: rendered.shown().clone(),
             seconds,
             preparing,
             by_chance: ready.is_by_chance(),
             geometry: ready.memory().geometry,
-        })
+        };
+        Ok(renders.into_iter().map(timed).collect())
     }
 
     fn until(&self, end: Instant) -> Deadline<'_> {
         Deadline { observer: self.observer, now: self.now, end }
     }
 
-    /// The reference on these rungs: the one that there is, or replicate by replicate until time is out, of two at least a part.
+    /// A reference on these rungs, with so many samples, of which nothing is there yet but what an earlier one has.
     pub fn reference(
         &self,
         exact: &Setting,
-        display: Display,
-        time: ReferenceTime,
+        samples: u32,
+        grid: Grid,
         start: Start<'_>,
-    ) -> Result<(Reference, Told, Film), MeasureError> {
-        let (scene, mut settings) = reference(exact, self.scene, self.settings, REPLICATES * SAMPLES);
-        settings.replicates = Some(REPLICATES);
-        settings.aovs = vec![Aov::StandardError];
-        let ready = prepare(&scene, &settings, &self.until(time.latest)).map_err(|error| self.explained(error))?;
+        end: Instant,
+    ) -> Result<Exposure<'_>, MeasureError> {
+        let (scene, settings) = reference(exact, self.scene, self.settings, samples);
+        let settings = Settings { replicates: Some(REPLICATES), tile_size: grid.edge, ..settings };
+        let (ready, _) = self.prepare(&scene, &settings, end).map_err(|error| self.explained(error.into_error()))?;
         let mut film = ready.film(start.scene);
-        let kept = start.reference.is_some();
         if let Some(earlier) = start.reference {
             film.adopt(earlier.film).map_err(MeasureError::Reference)?;
         }
-        let before = film.counters().rays();
-        let seconds = (self.stopwatch)(&mut || {
-            self.expose(&ready, &mut film, time, kept);
-            film.counters().rays() - before
-        });
-        let whole = film.whole();
-        let lacks_any =
-            |replicate: u32| *film.samples(&Part { replicates: replicate..replicate + 1, ..whole.clone() }).start() == 0;
-        if self.observer.cancelled() || (0..2).any(lacks_any) {
-            return Err(self.explained(PrepareError::Cancelled));
-        }
-        let picture = film.picture();
-        let channels = ["stderr.R", "stderr.G", "stderr.B"].map(|name| picture.layer(name).map_or(&[][..], |l| &l.samples));
-        let error = (0..picture.pixels()).map(|i| channels.map(|c| c.get(i).copied().unwrap_or(0.0))).collect();
-        let truth = Truth { error, picture };
-        let standard_error = truth.standard_error();
-        let told = Told { samples: *film.samples(&whole).start(), rungs: exact.flags(), standard_error, seconds, kept };
-        let shown = display.to_values(&truth.picture);
-        Ok((Reference { truth, display, shown }, told, film))
-    }
-
-    /// Adds replicates to a film while there is time. The first two go on side by side, so that they tell an error wherever they end; a
-    /// further one that would not be finished is not begun. One that was kept is only finished as far as it has to be.
-    fn expose(&self, ready: &Ready, film: &mut Film, ReferenceTime { end, latest }: ReferenceTime, kept: bool) {
-        let whole = film.whole();
-        let part = |replicates: Range<u32>| Part { replicates, ..whole.clone() };
-        let has_both = |film: &Film| (0..2).all(|replicate| *film.samples(&part(replicate..replicate + 1)).start() > 0);
-        let began = (self.now)();
-        // The film is this scene's own, so that nothing of it is refused.
-        let _ = ready.render_part(film, &part(0..2), &self.until(end));
-        while !has_both(film) && (self.now)() < latest && !self.observer.cancelled() {
-            let _ = ready.render_part(
-                film,
-                &part(0..2),
-                &WorkLimit { until: self.until(latest), left: AtomicUsize::new(WORK_LIMIT) },
-            );
-        }
-        let done = (0..REPLICATES).take_while(|&replicate| film.lacking(&part(replicate..replicate + 1)) == 0).count() as u32;
-        if kept || done < 2 {
-            return;
-        }
-        let each = ((self.now)() - began) / 2;
-        for replicate in done..REPLICATES {
-            if (self.now)() + each > end || self.observer.cancelled() {
-                return;
-            }
-            let _ = ready.render_part(film, &part(replicate..replicate + 1), &self.until(latest));
-        }
+        let kept = film.counters().rays();
+        Ok(Exposure { renderer: self, ready, film, kept, seconds: 0.0 })
     }
 
     /// Why there is no measurement: the user stopped it, or there was no time for the least of it.
@@ -205,28 +304,40 @@ impl Renderer<'_> {
     }
 }
 
-/// Pieces of work that are done between two looks at what is there.
-const WORK_LIMIT: usize = 16;
-
-/// Ends after a few pieces of work.
-struct WorkLimit<'a> {
-    until: Deadline<'a>,
-    left: AtomicUsize,
+/// A reference that grows tile by tile.
+pub(super) struct Exposure<'a> {
+    renderer: &'a Renderer<'a>,
+    ready: Ready,
+    pub film: Film,
+    /// Rays that it had when it came.
+    kept: u64,
+    /// Seconds of all threads that it took.
+    pub seconds: f64,
 }
 
-impl Observer for WorkLimit<'_> {
-    fn cancelled(&self) -> bool {
-        self.until.cancelled()
+impl Exposure<'_> {
+    /// Adds all samples of these tiles. False where time is out.
+    pub fn expose(&mut self, tiles: &[u32], end: Instant) -> bool {
+        let Self { renderer, ready, film, .. } = self;
+        let until = renderer.until(end);
+        let whole = film.whole();
+        let mut tiles = tiles.to_vec();
+        tiles.sort_unstable();
+        let part = Part { among: Some(tiles), ..whole };
+        if film.lacking(&part) == 0 {
+            return true;
+        }
+        let before = film.counters().rays();
+        self.seconds += (renderer.stopwatch)(&mut || {
+            // The film is this scene's own, so that nothing of it is refused.
+            let _ = ready.render_part(film, &part, &until);
+            film.counters().rays() - before
+        });
+        film.lacking(&part) == 0
     }
 
-    fn has_enough(&self, _: bool) -> bool {
-        self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)).is_err()
-    }
-}
-
-fn why(error: PrepareError) -> Unfinished {
-    match error {
-        PrepareError::Cancelled => Unfinished::Late,
-        error => Unfinished::Failed(error),
+    /// Whether all of it came from an earlier measurement.
+    pub fn is_kept(&self) -> bool {
+        self.kept > 0 && self.kept == self.film.counters().rays()
     }
 }

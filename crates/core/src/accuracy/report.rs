@@ -3,18 +3,18 @@
 use serde::Serialize;
 
 use super::effects::EffectCosts;
-use super::estimate::Errors;
+use super::estimate::{Errors, Interval};
 use super::outputs::OutputReport;
 use crate::bench::Spread;
 use crate::picture::Picture;
 
-/// All that was measured on one scene.
+/// All that was measured on one scene. Every number is of the whole picture at the size that is rendered.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// Width and height of the renders, in pixels.
+    /// Width and height of the picture in pixels.
     pub size: [u32; 2],
-    /// Width and height that the scene asks for; times at that size are longer by the ratio of pixels.
-    pub full_size: [u32; 2],
+    /// The parts of it that were measured.
+    pub tiles: Tiles,
     /// What everything is compared with.
     pub reference: Reference,
     /// What to ask for instead, in two lines.
@@ -25,6 +25,8 @@ pub struct Report {
     pub base: Option<Base>,
     /// Ladders that the scene reaches and that pictures depend on.
     pub ladders: Vec<LadderReport>,
+    /// Settings of several rungs that were measured.
+    pub combinations: Vec<Candidate>,
     /// Those that no picture depends on.
     pub prices: Vec<PriceReport>,
     /// What files keep of the scene's own picture.
@@ -33,33 +35,42 @@ pub struct Report {
     pub not_called_for: Vec<&'static str>,
     /// What each effect of the scene adds to time and picture; none where there was no time for it.
     pub costs: Option<EffectCosts>,
-    /// Settings that none measured beats in both time and error, by ascending time; each measured again after it was chosen, where there was
-    /// time for that.
+    /// Settings that none measured beats in both time and error, by ascending time, but for those that lose light or have much error that more
+    /// samples leave.
     pub frontier: Vec<Candidate>,
     /// Seconds that it all took.
     pub seconds: f64,
     /// Whether time was out before everything wanted was measured.
     pub cut_short: bool,
-    /// The reference, and the first render of each setting but those of the frontier.
+    /// A tile, or the whole picture: the reference, and the first render of settings whose pictures were kept.
     #[serde(skip)]
     pub pictures: Vec<Shown>,
 }
 
-impl Report {
-    /// Pixels of the scene's own size over those that were measured: times there are longer by so much.
-    pub fn enlargement(&self) -> f64 {
-        let pixels = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
-        pixels(self.full_size) / pixels(self.size)
-    }
+/// Which parts of the picture were measured.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tiles {
+    /// Edge of a tile in pixels.
+    pub edge: u32,
+    /// Tiles that the setting in use was measured on, and the reference.
+    pub measured: usize,
+    /// All that the picture has.
+    pub all: usize,
+    /// Column and row of the tile that is shown.
+    pub shown: [u32; 2],
 }
 
-/// The settings that answer what most ask first; none where no measured one does.
+/// The settings that answer what most ask first; none where no measured one does for certain.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Answer {
     /// The fastest with about half of the error, or less.
     pub half_the_error: Option<Advice>,
+    /// Seconds of a budget that would probably tell, where a setting seems to have half of it.
+    pub half_needs: Option<f64>,
     /// The fastest with no larger error that clearly takes less time.
     pub same_error: Option<Advice>,
+    /// The same of one that seems to have it.
+    pub same_needs: Option<f64>,
 }
 
 /// A setting beside the scene's own.
@@ -68,9 +79,11 @@ pub struct Advice {
     /// The flags that ask for it.
     pub flags: Vec<String>,
     /// Its time over that of the scene's own.
-    pub time: f64,
+    pub time: Interval,
     /// Its root relMSE over that of the scene's own.
-    pub error: f64,
+    pub error: Interval,
+    /// Time and error, as everywhere in the report.
+    pub measured: Measured,
 }
 
 /// The scene with fewer samples.
@@ -98,6 +111,8 @@ pub struct Reference {
     pub samples: u32,
     /// The flags that ask for its rungs.
     pub rungs: Vec<String>,
+    /// Tiles that it has.
+    pub tiles: usize,
     /// Root of the mean square of its own standard errors, in linear radiance; what errors are lowered by, as squares.
     pub standard_error: f64,
     /// Seconds of all threads that it took.
@@ -109,19 +124,21 @@ pub struct Reference {
 /// Time and error of one setting.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Measured {
-    /// Times it was rendered, with different random numbers each.
+    /// Tiles that it was measured on.
+    pub tiles: usize,
+    /// Times each was rendered, with different random numbers each.
     pub renders: usize,
     /// Seconds of all threads for a render, preparation apart.
-    pub seconds: Spread,
-    /// Its time over that of the setting it is compared with, round by round: the scene as it is, or for a rung that was put on fewer samples
-    /// the scene with so many.
-    pub ratio: Spread,
+    pub seconds: Interval,
+    /// Its time over that of the setting it is compared with: the scene as it is, or for a rung that was put on fewer samples the scene with
+    /// so many. Not a number where that is not known.
+    pub ratio: Interval,
     /// Rays of a render.
     pub rays: u64,
     /// Errors against the reference.
     pub errors: Errors,
     /// Mean FLIP of the display pictures, the reference's noise included.
-    pub flip: f64,
+    pub flip: Interval,
 }
 
 /// One ladder.
@@ -135,10 +152,6 @@ pub struct LadderReport {
     pub rungs: Vec<RungReport>,
 }
 
-/// A rung that is farther from its ladder's most exact one by this factor is worth naming, if it takes at least this share of the time.
-const FARTHER: f64 = 10.0;
-const NO_FASTER: f64 = 0.95;
-
 /// Times and errors that differ by a smaller share are the same.
 const SAME_TIME: f64 = 0.03;
 const SAME_ERROR: f64 = 0.04;
@@ -146,24 +159,10 @@ const SAME_ERROR: f64 = 0.04;
 impl LadderReport {
     /// Whether a rung takes longer than the one in use and is farther from the reference.
     pub fn beats(&self, rung: &RungReport) -> bool {
-        let measured = |rung: &RungReport| rung.measured.as_ref().map(|of| (of.ratio.median, of.errors.relmse.value));
+        let measured = |rung: &RungReport| rung.measured.as_ref().map(|of| (of.ratio.value, of.errors.relmse.value));
         let own = self.rungs.iter().find(|rung| rung.in_use).and_then(measured);
         let (Some((own_time, own_error)), Some((time, error))) = (own, measured(rung)) else { return false };
         time > own_time * (1.0 + SAME_TIME) && error > own_error * (1.0 + SAME_ERROR)
-    }
-
-    /// Rungs before the one in use that take as long and alone are many times as wrong, as tables of total errors do not show where
-    /// something else is wrong by more; each with its error alone and that of the one in use.
-    pub fn in_vain(&self) -> impl Iterator<Item = (&RungReport, [f64; 2])> {
-        let time = |rung: &RungReport| rung.measured.as_ref().map(|measured| measured.ratio.median);
-        let own = self.rungs.iter().find(|rung| rung.in_use).and_then(|rung| Some((time(rung)?, rung.own_error?)));
-        let faster = self.rungs.iter().take_while(|rung| !rung.in_use);
-        own.into_iter().flat_map(move |(own_time, own_error)| {
-            faster.clone().filter_map(move |rung| {
-                let (time, error) = (time(rung)?, rung.own_error?);
-                (time >= NO_FASTER * own_time && error > FARTHER * own_error).then_some((rung, [error, own_error]))
-            })
-        })
     }
 }
 
@@ -182,7 +181,7 @@ pub struct RungReport {
     pub measured: Option<Measured>,
     /// Root of the mean squared difference to the same renders on the ladder's most exact rung, random numbers included: what this
     /// choice alone gets wrong. None where the random numbers can't be the same, and where one of both was not measured.
-    pub own_error: Option<f64>,
+    pub own_error: Option<Interval>,
 }
 
 /// A ladder that is paid in time and memory alone.
@@ -214,7 +213,7 @@ pub struct Price {
 pub struct RungCost {
     /// Seconds of all threads for preparing the scene, its tree included.
     pub preparing: Spread,
-    /// Seconds of all threads for a render.
+    /// Seconds of all threads for a render of the whole picture.
     pub seconds: Spread,
     /// That over the time of the scene's own setting, round by round.
     pub ratio: Spread,
@@ -233,23 +232,31 @@ pub struct Candidate {
     pub measured: Measured,
 }
 
+impl Candidate {
+    /// Its rungs, as they are asked for.
+    pub fn name(&self) -> String {
+        let rungs: Vec<&str> = self.flags.iter().map(|flag| flag.trim_start_matches("--rung ")).collect();
+        if rungs.is_empty() { "as it is".to_owned() } else { rungs.join(" ") }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::accuracy::Errors;
 
-    fn rung(name: &str, in_use: bool, time: f64, own_error: Option<f64>) -> RungReport {
-        let (spread, errors) = (Spread::of(&[time]), Errors::default());
-        let measured = Measured { renders: 1, seconds: spread, ratio: spread, rays: 1, errors, flip: 0.0 };
-        RungReport { rung: name.to_owned(), about: "", in_use, flag: None, measured: Some(measured), own_error }
+    fn rung(name: &str, in_use: bool, time: f64) -> RungReport {
+        let (time, errors) = (Interval::exact(time), Errors::default());
+        let measured = Measured { tiles: 1, renders: 1, seconds: time, ratio: time, rays: 1, errors, flip: time };
+        RungReport { rung: name.to_owned(), about: "", in_use, flag: None, measured: Some(measured), own_error: None }
     }
 
     /// Protects: what is slower and worse than the rung in use is told from what is only one of both, and from what a clock or noise may have
-    /// made so; times are longer by the ratio of pixels.
+    /// made so.
     #[test]
     fn the_slower_and_worse_are_known() {
         let with = |name: &str, time: f64, error: f64| {
-            let mut rung = rung(name, name == "own", time, None);
+            let mut rung = rung(name, name == "own", time);
             rung.measured.iter_mut().for_each(|of| of.errors.relmse.value = error);
             rung
         };
@@ -265,23 +272,5 @@ mod tests {
         let ladder = LadderReport { ladder: "sampler", in_use: "own".to_owned(), rungs };
         let beaten: Vec<&str> = ladder.rungs.iter().filter(|rung| ladder.beats(rung)).map(|rung| rung.rung.as_str()).collect();
         assert_eq!(beaten, ["both"]);
-    }
-
-    /// Protects: a rung below the one in use that is no faster and more than ten times as wrong alone is named, and neither one that is
-    /// faster, nor one that is nearly as good, nor what is above.
-    #[test]
-    fn what_is_wrong_in_vain_is_named() {
-        let rungs = vec![
-            rung("torn", false, 0.96, Some(0.02)),
-            rung("quick", false, 0.9, Some(0.02)),
-            rung("near", false, 1.0, Some(0.009)),
-            rung("own", true, 1.0, Some(0.001)),
-            rung("slow", false, 2.0, Some(0.5)),
-        ];
-        let ladder = LadderReport { ladder: "precision", in_use: "own".to_owned(), rungs };
-        let found: Vec<(&str, [f64; 2])> = ladder.in_vain().map(|(rung, errors)| (rung.rung.as_str(), errors)).collect();
-        assert_eq!(found, [("torn", [0.02, 0.001])]);
-        let unknown = LadderReport { rungs: vec![rung("torn", false, 1.0, Some(1.0)), rung("own", true, 1.0, None)], ..ladder };
-        assert_eq!(unknown.in_vain().count(), 0);
     }
 }

@@ -1,44 +1,49 @@
-//! One measurement from start to end: how large the pictures are, the reference, rounds over all rungs, the frontier, prices; each with
-//! its share of the time.
+//! One measurement from start to end: a first look, how exact the reference may be, the plan, the reference, every rung, combinations, more
+//! tiles for what is worth naming, prices; each with its share of the time.
 
+mod plan;
 mod price;
 mod reach;
-mod rounds;
 mod walks;
 
 use std::time::Instant;
 use std::vec;
 
-use self::reach::samples_of;
+use super::estimate::TruthTile;
 use super::measurements::Measurements;
 use super::outputs::outputs;
-use super::renderer::{Now, ReferenceTime, Renderer};
-use super::report::{Base, LadderReport, Report, RungReport, Shown};
+use super::renderer::{Exposure, Now, Renderer};
+use super::report::{Base, Candidate, LadderReport, Measured, Reference, Report, RungReport, Shown, Tiles};
 use super::setting::Setting;
+use super::tiles::Sample;
 use super::{Effort, KeptReference, Listener, MeasureError, Start};
 use crate::bench::clock::Stopwatch;
+use crate::denoise;
 use crate::dispatch::collapsed;
 use crate::display::Display;
 use crate::effects::{EffectSet, detect};
-use crate::ladder::{Choice, Ladder, called_for, reached};
+use crate::film::Film;
+use crate::ladder::{Choice, Ladder, RungValue, called_for, reached};
 use crate::observer::Observer;
+use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
 /// Shares of the budget by the end of which each part has to be done.
-const REACH: f64 = 0.1;
-const REFERENCE: f64 = 0.28;
-const RUNGS: f64 = 0.62;
-const WALKS: f64 = 0.78;
-const AGAIN: f64 = 0.9;
-const PRICES: f64 = 0.95;
+const LOOK: f64 = 0.08;
+const REACH: f64 = 0.14;
+const REFERENCE: f64 = 0.4;
+const RUNGS: f64 = 0.66;
+const WALKS: f64 = 0.76;
+const AGAIN: f64 = 0.89;
+const PRICES: f64 = 0.93;
+const COSTS: f64 = 0.98;
 
-/// Where the scene takes more samples, other rungs are measured with so many: what a rung changes is seen as well, and the pictures can be
-/// larger in the same time.
+/// Where the scene takes more samples, other rungs are measured with so many: what a rung changes is seen as well, on more tiles.
 const BASE_SAMPLES: u32 = 16;
 /// Numbers of samples up to so many times the scene's own halve its error, and are measured first.
-const HALVES: f64 = 4.0;
+const HALVES: u32 = 4;
 
 pub(super) struct Session<'a> {
     scene: &'a Scene,
@@ -49,7 +54,6 @@ pub(super) struct Session<'a> {
     stopwatch: Stopwatch,
     now: Now<'a>,
     start: Instant,
-    full_size: [u32; 2],
     /// What rungs are put on other than numbers of samples: the scene as it is, or with fewer samples.
     base: Setting,
     /// What the scene calls for.
@@ -76,22 +80,27 @@ impl<'a> Session<'a> {
         let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) = reached(scene, settings, &effects)
             .filter(|&ladder| ladder != Ladder::Output)
             .partition(|ladder| ladder.changes_pictures());
-        // Where time is short, these two say most of what it buys.
-        pictured.sort_by_key(|&ladder| match ladder {
-            Ladder::Samples => 0,
-            Ladder::Integrator => 1,
-            _ => 2,
-        });
+        // By what they usually bring.
+        const FIRST: [Ladder; 7] = [
+            Ladder::Samples,
+            Ladder::Reconstruction,
+            Ladder::Integrator,
+            Ladder::LightSampling,
+            Ladder::PathLength,
+            Ladder::Roulette,
+            Ladder::TextureFilter,
+        ];
+        pictured.sort_by_key(|ladder| FIRST.iter().position(|first| first == ladder).unwrap_or(FIRST.len()));
         let lost = |&choice: &Choice| {
             let (scene, settings) = Setting::one(choice).applied(scene, settings);
             !collapsed(&scene, settings.precision).is_empty()
         };
         let unshown = Ladder::Precision.choices().filter(lost).collect();
-        let full_size = settings.size;
         let has_more = pictured.contains(&Ladder::Samples) && settings.sampling.count() > BASE_SAMPLES;
-        let fewer = Ladder::Samples.choices().find(|&choice| has_more && samples_of(choice) == Some(f64::from(BASE_SAMPLES)));
+        let fewer = Ladder::Samples.choices().find(|&choice| has_more && samples_of(choice) == Some(BASE_SAMPLES));
         let base = fewer.map(Setting::one).unwrap_or_default();
-        let settings = Settings { crop: None, aovs: Vec::new(), ..settings.clone() };
+        let size = effort.size.unwrap_or(settings.size);
+        let settings = Settings { size, crop: None, aovs: Vec::new(), max_error: None, ..settings.clone() };
         let start = now();
         Self {
             scene,
@@ -102,7 +111,6 @@ impl<'a> Session<'a> {
             stopwatch,
             now,
             start,
-            full_size,
             base,
             present: called_for(&effects),
             pictured,
@@ -114,67 +122,94 @@ impl<'a> Session<'a> {
     }
 
     pub fn run(mut self, start: Start<'_>, listener: &mut dyn Listener) -> Result<(Report, KeptReference), MeasureError> {
-        listener.step("looking how fast it renders", 0.0);
-        let reached = self.within_reach().map_err(|error| self.explained(error))?;
-        let (exact, size) = match &start.reference {
-            Some(kept) => (Setting::of(&kept.rungs), Some(kept.film.size())),
-            None => (reached, None),
-        };
-        self.settings.size = match self.effort.size.or(size) {
-            Some(size) => size,
-            None => self.affordable().map_err(|error| self.explained(error))?,
-        };
         let settings = self.settings.clone();
-        let studio = self.studio(&settings);
-        listener.step("rendering the reference", self.spent());
-        let (truth, reference, film) = studio.reference(&exact, self.display, self.reference_time(), start)?;
-        let mut measurements = Measurements::new(&studio, &truth);
-        self.rounds(&mut measurements, listener)?;
-        let ladders: Vec<LadderReport> = self.pictured.iter().map(|&ladder| self.ladder(ladder, &measurements)).collect();
-        let pictures = self.pictures(&measurements);
-        let own_picture = measurements.first(&Setting::default());
-        let outputs = own_picture.map(|own| outputs(own, self.display, self.settings.output, self.stopwatch)).unwrap_or_default();
-        let (frontier, answer) = self.frontier(&mut measurements, listener)?;
+        let renderer = Renderer::new(self.scene, &settings, self.observer, (self.stopwatch, self.now));
+        let kept = start.reference.as_ref();
+        listener.step("looking at the picture", 0.0);
+        let explained = |error| renderer.explained(error);
+        let grid = self.grid(&renderer, kept.map(|kept| kept.film.tile_size())).map_err(explained)?;
+        let (looks, pace) = self.look(&renderer, grid).map_err(explained)?;
+        listener.step("looking how exact it can be", self.spent());
+        let reached = self.within_reach(&renderer, grid, &looks).map_err(explained)?;
+        let exact = kept.map_or(reached, |kept| Setting::of(&kept.rungs));
+        let sample = Sample::new(grid, &looks);
+        let mut plan = self.plan(&sample, pace);
+        if let Some(kept) = kept {
+            plan.reference_samples = plan.reference_samples.max(kept.film.asked().unwrap_or(0));
+        }
+        let mut exposure = renderer.reference(&exact, plan.reference_samples, grid, start, self.at(RUNGS))?;
+        let mut measurements = Measurements::new(&renderer, &sample, self.display);
+        listener.step(&plan.told(&sample), self.spent());
+        // Two tiles at least, without which nothing can be told.
+        let least = 2.min(sample.most());
+        self.expose(&mut exposure, &mut measurements, least, self.at(AGAIN));
+        if measurements.known() < least {
+            return Err(renderer.explained(PrepareError::Cancelled));
+        }
+        while measurements.known() < plan.tiles && (self.now)() < self.at(REFERENCE) && !self.observer.cancelled() {
+            let next = plan.tiles.min(4 * measurements.known());
+            self.expose(&mut exposure, &mut measurements, next, self.at(REFERENCE));
+        }
+        let own_errors = self.rungs(&plan, &mut measurements, listener)?;
+        let known = self.walks(&plan, &mut measurements, listener)?;
+        self.again(&plan, known.clone(), &mut measurements, &mut exposure, listener)?;
         let prices = self.prices(&measurements, listener)?;
         let costs = self.costs(listener)?;
-        // The scene's own setting is the first of the first round: without it there is nothing to tell.
-        let own = measurements.measured(&Setting::default(), &Setting::default());
-        let own = own.ok_or_else(|| self.explained(PrepareError::Cancelled))?;
+        let own = Setting::default();
+        let Some(own_measured) = measurements.measured(&own, &own) else {
+            return Err(renderer.explained(PrepareError::Cancelled));
+        };
+        let reference = Reference {
+            samples: plan.reference_samples,
+            rungs: exact.flags(),
+            tiles: measurements.known(),
+            standard_error: measurements.standard_error(),
+            seconds: exposure.seconds,
+            kept: exposure.is_kept(),
+        };
+        let (frontier, answer) = self.frontier(&known, &measurements);
+        let ladders: Vec<LadderReport> =
+            self.pictured.iter().map(|&ladder| self.ladder(ladder, &measurements, &own_errors)).collect();
         let called_for: Vec<Ladder> = self.pictured.iter().chain(&self.priced).chain(&[Ladder::Output]).copied().collect();
+        let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
         let report = Report {
-            size: self.settings.size,
-            full_size: self.full_size,
+            size: settings.size,
+            tiles: Tiles {
+                edge: grid.edge,
+                measured: own_measured.tiles,
+                all: grid.count(),
+                shown: [grid.tile(sample.order[0].tile).x, grid.tile(sample.order[0].tile).y],
+            },
             reference,
             answer,
-            own,
+            outputs: outputs(&measurements.kept(&own), pixels, self.display, settings.output, self.stopwatch),
+            own: own_measured,
             base: self.base_report(&measurements),
             ladders,
+            combinations: self.combinations(&known, &measurements),
             prices,
-            outputs,
             not_called_for: Ladder::ALL.into_iter().filter(|l| !called_for.contains(l)).map(Ladder::name).collect(),
             costs,
             frontier,
+            pictures: self.pictures(&measurements, &exposure.film),
             seconds: self.elapsed(),
             cut_short: self.cut_short || self.observer.cancelled(),
-            pictures,
         };
-        Ok((report, KeptReference { rungs: exact.choices().to_vec(), film }))
+        Ok((report, KeptReference { rungs: exact.choices().to_vec(), film: exposure.film }))
     }
 
-    fn studio<'s>(&self, settings: &'s Settings) -> Renderer<'s>
-    where
-        'a: 's,
-    {
-        Renderer { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch, now: self.now }
-    }
-
-    fn explained(&self, error: PrepareError) -> MeasureError {
-        self.studio(&self.settings).explained(error)
-    }
-
-    /// The reference may take until its share of the budget is over, and half of what is left where there are no two replicates by then.
-    fn reference_time(&self) -> ReferenceTime {
-        ReferenceTime { end: self.at(REFERENCE), latest: self.at(0.5 * (REFERENCE + 1.0)) }
+    /// Gives the reference to so many tiles, and the measurements what it has. What does not fit into the time is left out.
+    fn expose(&mut self, exposure: &mut Exposure<'_>, measurements: &mut Measurements<'_>, count: usize, end: Instant) {
+        let (sample, from) = (measurements.sample, measurements.known());
+        let new: Vec<u32> = sample.order[from..count.max(from)].iter().map(|look| look.tile).collect();
+        self.cut_short |= !exposure.expose(&new, end);
+        let tile = |&tile: &u32| {
+            let crop = sample.grid.tile(tile);
+            let is_done = exposure.film.lacking(&crate::film::Part { tiles: tile..tile + 1, ..exposure.film.whole() }) == 0;
+            let means = exposure.film.means_of(tile).filter(|_| is_done)?;
+            Some(TruthTile::new([crop.width, crop.height], &means, self.display))
+        };
+        measurements.learn(new.iter().map_while(tile));
     }
 
     /// When a share of the budget is spent.
@@ -197,11 +232,8 @@ impl<'a> Session<'a> {
         choices.collect::<Vec<_>>().into_iter()
     }
 
-    /// Every rung that a picture depends on and that is not in use.
-    fn choices(&self) -> impl Iterator<Item = Choice> {
-        let in_use = |choice: &Choice| choice.rung() == choice.ladder().in_use(self.scene, &self.settings);
-        let all = self.pictured.iter().flat_map(|&ladder| self.choices_of(ladder));
-        all.filter(move |choice| !in_use(choice) && !self.beyond.contains(choice))
+    fn is_in_use(&self, choice: Choice) -> bool {
+        choice.rung() == choice.ladder().in_use(self.scene, &self.settings)
     }
 
     /// What a ladder's rungs are put on.
@@ -211,8 +243,8 @@ impl<'a> Session<'a> {
 
     /// What is measured of a rung, which may be the scene's own.
     fn setting(&self, choice: Choice) -> Setting {
-        let (in_use, beside) = (choice.ladder().in_use(self.scene, &self.settings), self.beside(choice.ladder()));
-        if choice.rung() == in_use { beside } else { beside.with(choice) }
+        let beside = self.beside(choice.ladder());
+        if self.is_in_use(choice) { beside } else { beside.with(choice) }
     }
 
     /// The most exact rung of those within reach.
@@ -222,20 +254,37 @@ impl<'a> Session<'a> {
         choice.map_or_else(|| self.beside(ladder), |choice| self.setting(choice))
     }
 
-    fn ladder(&self, ladder: Ladder, measurements: &Measurements<'_>) -> LadderReport {
+    /// Samples of a setting.
+    fn samples(&self, setting: &Setting) -> u32 {
+        setting.rung(Ladder::Samples).and_then(samples_of).unwrap_or(self.settings.sampling.count())
+    }
+
+    /// Whether a setting can be asked for.
+    fn is_possible(&self, setting: &Setting) -> bool {
+        let (_, settings) = setting.applied(self.scene, &self.settings);
+        !settings.denoise || denoise::is_possible(settings.sampling)
+    }
+
+    fn ladder(&self, ladder: Ladder, measurements: &Measurements<'_>, own_errors: &[(Setting, Ladder)]) -> LadderReport {
         let in_use = ladder.in_use(self.scene, &self.settings);
         let (exact, beside) = (self.most_exact(ladder), self.beside(ladder));
         let rung = |choice: Choice| {
             let setting = self.setting(choice);
             let is_in_use = setting == beside;
-            let paired = if ladder.shares_random_numbers() { measurements.paired(&setting, &exact) } else { None };
+            // The most exact one was held beside the one in use, and the others beside that.
+            let pair = if is_in_use { &exact } else { &setting };
+            let is_paired = own_errors.contains(&(pair.clone(), ladder));
+            let own_error = match setting == exact {
+                true => (ladder.shares_random_numbers()).then(|| super::Interval::exact(0.0)),
+                false => is_paired.then(|| measurements.alone(pair)).flatten().map(|[alone, _]| alone),
+            };
             RungReport {
                 rung: choice.rung().to_owned(),
                 about: choice.about(),
                 in_use: is_in_use,
                 flag: (!is_in_use).then(|| Setting::one(choice).flags().pop()).flatten(),
                 measured: measurements.measured(&setting, &beside),
-                own_error: paired.map(|paired| paired.rmse),
+                own_error,
             }
         };
         LadderReport { ladder: ladder.name(), rungs: self.choices_of(ladder).map(rung).collect(), in_use }
@@ -243,18 +292,51 @@ impl<'a> Session<'a> {
 
     /// What rungs other than numbers of samples were put on, where that is not the scene as it is.
     fn base_report(&self, measurements: &Measurements<'_>) -> Option<Base> {
-        let samples = self.base.rung(Ladder::Samples).map(|_| BASE_SAMPLES)?;
-        Some(Base { samples, measured: measurements.measured(&self.base, &Setting::default())? })
+        self.base.rung(Ladder::Samples)?;
+        Some(Base { samples: BASE_SAMPLES, measured: measurements.measured(&self.base, &Setting::default())? })
     }
 
-    /// The reference, and what each setting looks like that was rendered.
-    fn pictures(&self, measurements: &Measurements<'_>) -> Vec<Shown> {
-        let mut all = vec![Setting::default()];
-        all.extend(self.choices().map(|choice| self.setting(choice)));
-        let render = |setting: Setting| Some(Shown { name: setting.to_string(), picture: measurements.first(&setting)?.clone() });
-        let reference = Shown { name: "reference".to_owned(), picture: measurements.truth.truth.picture.clone() };
-        [reference].into_iter().chain(all.into_iter().filter_map(render)).collect()
+    /// Settings of several rungs, as far as they are no rows of a ladder.
+    fn combinations(&self, known: &[Setting], measurements: &Measurements<'_>) -> Vec<Candidate> {
+        let rows: Vec<Setting> =
+            self.pictured.iter().flat_map(|&ladder| self.choices_of(ladder)).map(|choice| self.setting(choice)).collect();
+        let others = known.iter().filter(|setting| !rows.contains(setting) && **setting != self.base);
+        let candidate = |setting: &Setting| self.candidate(setting, measurements);
+        others.filter(|setting| **setting != Setting::default()).filter_map(candidate).collect()
     }
+
+    fn candidate(&self, setting: &Setting, measurements: &Measurements<'_>) -> Option<Candidate> {
+        let measured: Measured = measurements.measured(setting, &Setting::default())?;
+        Some(Candidate { flags: setting.flags(), measured })
+    }
+
+    /// The tile that was drawn first, or the whole picture where that was measured: the reference, and what was measured alike.
+    fn pictures(&self, measurements: &Measurements<'_>, film: &Film) -> Vec<Shown> {
+        let whole = film.picture();
+        let is_whole = measurements.sample.is_whole(measurements.known());
+        let Some(reference) = (if is_whole { Some(&whole) } else { measurements.truth() }) else { return Vec::new() };
+        let reference = Picture { layers: Vec::new(), ..reference.clone() };
+        let choices = self.pictured.iter().flat_map(|&ladder| self.choices_of(ladder));
+        let mut all = vec![Setting::default()];
+        for setting in choices.map(|choice| self.setting(choice)) {
+            if !all.contains(&setting) {
+                all.push(setting);
+            }
+        }
+        let size = (reference.width, reference.height);
+        let render = |setting: &Setting| {
+            let picture = measurements.first(setting).filter(|first| (first.width, first.height) == size)?;
+            Some(Shown { name: setting.to_string(), picture: picture.clone() })
+        };
+        let renders = all.iter().filter_map(render).collect::<Vec<_>>();
+        [Shown { name: "reference".to_owned(), picture: reference }].into_iter().chain(renders).collect()
+    }
+}
+
+/// Samples of a rung of that ladder.
+fn samples_of(choice: Choice) -> Option<u32> {
+    let RungValue::Samples(samples) = choice.value() else { return None };
+    Some(samples)
 }
 
 #[cfg(test)]

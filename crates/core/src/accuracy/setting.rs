@@ -53,6 +53,11 @@ impl Setting {
         (scene, settings)
     }
 
+    /// Whether it differs from the scene's own in noise alone.
+    pub fn is_free_of_bias(&self) -> bool {
+        self.0.iter().all(|choice| choice.ladder().is_free_of_bias())
+    }
+
     /// The flags that ask for it, one a ladder.
     pub fn flags(&self) -> Vec<String> {
         self.0.iter().map(|choice| format!("--rung {choice}")).collect()

@@ -1,8 +1,8 @@
 //! What the replicates of a pixel say of its mean, and of how far that may be off.
 
-use super::ReplicateBuffer;
 use super::relative::{REACH, around};
 use super::sums::WHOLE;
+use super::{Film, Part, ReplicateBuffer};
 
 /// The replicates of which anything is there, in ascending order.
 pub(super) struct ReplicateStats<'a> {
@@ -108,6 +108,34 @@ impl<'a> ReplicateStats<'a> {
             means.between = core::array::from_fn(|i| means.between[i] + weight * apart[i] * apart[i]);
         }
         means
+    }
+}
+
+/// Mean of a pixel with its variance, per channel.
+pub(crate) type MeanVariance = [[f64; 3]; 2];
+
+impl Film {
+    /// Means of a tile's pixels with the variances that their replicates say, without correction for luck: right on average. None where fewer
+    /// than two replicates have all of it.
+    pub(crate) fn means_of(&self, tile: u32) -> Option<Vec<MeanVariance>> {
+        let whole = self.whole();
+        let is_done = |replicate: &u32| {
+            self.lacking(&Part { tiles: tile..tile + 1, replicates: *replicate..*replicate + 1, ..whole.clone() }) == 0
+        };
+        let planes: Vec<ReplicateBuffer> =
+            whole.replicates.clone().filter(is_done).map(|replicate| self.state(tile, replicate)).collect();
+        let stats = ReplicateStats::new(planes.iter(), false);
+        let pixel = |pixel| {
+            let (mean, means) = (stats.mean(pixel).0, stats.means(pixel));
+            [mean, if self.plan().random { means.variance() } else { [0.0; 3] }]
+        };
+        let is_known = planes.len() >= 2 || !self.plan().random && !planes.is_empty();
+        is_known.then(|| (0..self.plan().pixels_of(tile) as usize).map(pixel).collect())
+    }
+
+    /// Edge of all tiles in pixels.
+    pub(crate) fn tile_size(&self) -> u32 {
+        self.plan().tile_size()
     }
 }
 

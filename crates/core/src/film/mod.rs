@@ -32,6 +32,7 @@ mod uncertainty;
 
 pub(crate) use adaptive::Aim;
 pub use adaptive::DoubtedAim;
+pub(crate) use estimate::MeanVariance;
 use estimate::ReplicateStats;
 use identity::Identity;
 pub use merge::PartError;
@@ -84,12 +85,15 @@ pub struct Part {
     pub step: u32,
     /// Which replicates.
     pub replicates: Range<u32>,
+    /// Of the tiles these alone, in ascending order; none: all.
+    pub among: Option<Vec<u32>>,
 }
 
 impl Part {
     /// Its tiles that a picture has.
-    pub(crate) fn each_tile(&self, plan: &Plan) -> impl Iterator<Item = u32> + Clone + use<> {
-        (self.tiles.start..self.tiles.end.min(plan.tiles())).step_by(self.step.max(1) as usize)
+    pub(crate) fn each_tile(&self, plan: &Plan) -> impl Iterator<Item = u32> + Clone + use<'_> {
+        let is_among = |tile: &u32| self.among.as_ref().is_none_or(|among| among.binary_search(tile).is_ok());
+        (self.tiles.start..self.tiles.end.min(plan.tiles())).step_by(self.step.max(1) as usize).filter(is_among)
     }
 
     /// One of `of` shares of about the same work, counted from zero: every `of`th tile, so that what is hard to render is divided
@@ -155,7 +159,7 @@ impl Film {
 
     /// All there is to render.
     pub fn whole(&self) -> Part {
-        Part { tiles: 0..self.plan.tiles(), step: 1, replicates: 0..self.plan.replicates }
+        Part { tiles: 0..self.plan.tiles(), step: 1, replicates: 0..self.plan.replicates, among: None }
     }
 
     /// Samples of each pixel of a tile in a replicate; none of what the picture does not have.

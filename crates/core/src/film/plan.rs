@@ -160,6 +160,11 @@ impl Plan {
         ([width, height] != self.size).then_some(DataWindow { origin, full: self.size })
     }
 
+    /// Edge of a tile in pixels.
+    pub fn tile_size(&self) -> u32 {
+        self.tile_size
+    }
+
     /// Samples of a pixel.
     pub fn samples(&self) -> u32 {
         self.samples

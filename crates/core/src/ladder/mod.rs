@@ -61,6 +61,11 @@ impl Ladder {
         )
     }
 
+    /// Whether its rungs have one mean, so that they differ in noise alone.
+    pub const fn is_free_of_bias(self) -> bool {
+        matches!(self, Self::Samples | Self::Sampler | Self::LightSampling | Self::Roulette)
+    }
+
     /// A scene reaches it when it calls for one of these; every scene does where the set is empty.
     pub const fn effects(self) -> EffectSet {
         match self {

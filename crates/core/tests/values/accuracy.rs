@@ -44,17 +44,20 @@ fn errors_are_those_of_the_closed_form() {
         let expected = 2_f64.powi(1 - n) - 2_f64.powi(-63);
         let measured = rung.measured.as_ref().expect("there is time");
         let errors = &measured.errors;
-        for (what, value) in [("rmse", errors.rmse.value), ("bias", errors.bias), ("alone", rung.own_error.expect("a pair"))] {
+        for (what, value) in [("rmse", errors.rmse.value), ("alone", rung.own_error.expect("a pair").value)] {
             assert!((value - expected).abs() < 1e-6, "{what} of {n}: {value}, not {expected}");
         }
-        assert!((errors.relmse.value - expected * expected / 4.01).abs() < 1e-6, "{n}: {:?}", errors.relmse);
-        assert_eq!((errors.noise, rung.in_use, rung.flag.is_none()), (Some(0.0), n == 4, n == 4), "{n}");
+        for of in [errors.relmse, errors.bias.expect("there is no chance")] {
+            assert!((of.value - expected * expected / 4.01).abs() < 1e-6, "{n}: {of:?}");
+        }
+        assert!((errors.light.value - (2.0 - 2_f64.powi(1 - n)) / 2.0).abs() < 1e-6, "{n}: {:?}", errors.light);
+        assert_eq!((rung.in_use, rung.flag.is_none()), (n == 4, n == 4), "{n}");
         // One ray a segment and sample.
         let samples = report.own.rays / 4;
         assert_eq!(measured.rays, n as u64 * samples, "{n}");
     }
     assert!(report.own.errors.rmse.value > 0.12 && !report.cut_short);
-    assert_eq!((report.size, report.reference.standard_error), ([4, 3], 0.0));
+    assert_eq!((report.size, report.tiles.all, report.reference.standard_error), ([4, 3], 1, 0.0));
 }
 
 /// Protects: what files keep is measured on the scene's own picture: a grey of 0.2 lies 0.2·255 − 51 from its code under a linear curve, and
@@ -127,11 +130,11 @@ fn noise_is_no_bias() {
     let settings = Settings { sampling: Sampling::General(16), ..settings(&scene, DOWN) };
     let (report, _) = measure(&scene, &settings, &effort, Start::default(), &(), &mut ()).expect("a report");
     let samples = ladder(&report, "samples");
-    let noise: Vec<f64> =
-        samples.rungs.iter().map(|rung| rung.measured.as_ref().and_then(|m| m.errors.noise).expect("noise")).collect();
-    assert!(noise.is_sorted_by(|a, b| a > b) && noise[0] > 0.1, "{noise:?}");
-    let first = samples.rungs[0].measured.as_ref().expect("there is time");
-    assert!(first.errors.bias < 0.5 * noise[0], "{first:?}");
+    let errors = |rung: &raywright_core::accuracy::RungReport| rung.measured.as_ref().map(|of| of.errors).expect("there is time");
+    let noise: Vec<f64> = samples.rungs.iter().map(|rung| errors(rung).relmse.value).collect();
+    assert!(noise.is_sorted_by(|a, b| a > b) && noise[0] > 0.01, "{noise:?}");
+    let bias = errors(&samples.rungs[0]).bias.expect("two rounds");
+    assert!(bias.value < 0.25 * noise[0], "{bias:?} of {noise:?}");
 }
 
 /// Protects: who asks to stop is heard, and gets no report.
@@ -158,7 +161,7 @@ fn a_reference_is_used_again() {
         measure(&corridor(), settings, effort, Start { scene, reference }, &(), &mut ())
     };
     let (first, kept) = again("a", &settings, &EFFORT, None).expect("a report");
-    let (second, same) = again("a", &settings, &Effort { size: None, ..EFFORT }, Some(kept.clone())).expect("its own reference");
+    let (second, same) = again("a", &settings, &EFFORT, Some(kept.clone())).expect("its own reference");
     assert!(!first.reference.kept && second.reference.kept && second.size == [4, 3]);
     assert_eq!((first.pictures[0].picture.rgb.clone(), kept.rungs.clone()), (second.pictures[0].picture.rgb.clone(), same.rungs));
     assert_eq!((first.reference.samples, kept.film.counters()), (second.reference.samples, same.film.counters()));

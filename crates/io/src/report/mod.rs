@@ -9,4 +9,5 @@ mod tables;
 
 pub use page::{Page, accuracy_plot};
 pub use plot::{Axis, Colour, Line, Mark, Plot, Point};
-pub use table::{Align, Table, TableRow, wrapped};
+pub use table::{Align, Table, TableRow, uncertain, wrapped};
+pub use tables::light_change;

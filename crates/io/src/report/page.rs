@@ -39,8 +39,7 @@ pub struct Page<'a> {
 
 /// Error over time of every rung, and the frontier, whose points are numbered as `flags` are.
 pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &[String]) -> Plot {
-    let point =
-        |of: &Measured, label: String, name: String| Point { label: Some(label), name, ..place(of, report.enlargement()) };
+    let point = |of: &Measured, label: String, name: String| Point { label: Some(label), name, ..place(of) };
     let rungs = report.ladders.iter().map(|ladder| {
         let is_samples = ladder.ladder == "samples";
         let others = ladder.rungs.iter().filter(|rung| is_samples || !rung.in_use && !ladder.beats(rung));
@@ -75,7 +74,7 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
         points: vec![point(&report.own, "as it is".to_owned(), "as it is".to_owned())],
         ..Line::default()
     };
-    let [width, height] = report.full_size;
+    let [width, height] = report.size;
     Plot {
         title: format!("What accuracy costs in time: {scene}"),
         subtitle: "less time is to the left, less error below".to_owned(),
@@ -89,14 +88,14 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
     }
 }
 
-/// Where a setting lies, at the scene's own size; what can't be told from no error lies at the upper end of what it may be.
-fn place(of: &Measured, enlargement: f64) -> Point {
+/// Where a setting lies; what can't be told from no error lies at the upper end of what it may be.
+fn place(of: &Measured) -> Point {
     let root = |value: f64| value.max(1e-12).sqrt();
     let error = &of.errors.relmse;
     let is_bound = error.is_lost_in_noise();
     let y = if is_bound { error.high } else { error.value };
     Point {
-        x: (of.seconds.median * enlargement).max(1e-9),
+        x: of.seconds.value.max(1e-9),
         y: root(y),
         spread: [root(if is_bound { y } else { error.low }), root(error.high)],
         is_bound,
@@ -181,7 +180,7 @@ impl Page<'_> {
         }
         let own = options.replace("<option>as it is<", "<option selected>as it is<");
         format!(
-            "<h2>Beside each other</h2>\n<div class=\"pair\">\n<label>left<select id=\"one\">{own}</select></label>\n\
+            "<h2>Beside each other</h2>\n{}<div class=\"pair\">\n<label>left<select id=\"one\">{own}</select></label>\n\
              <label>right<select id=\"other\">{options}</select></label>\n\
              <label>left up to<input id=\"edge\" type=\"range\" min=\"0\" max=\"100\" value=\"50\"></label></div>\n\
              <div class=\"stage\"><img id=\"under\" alt=\"\"><img id=\"over\" class=\"over\" alt=\"\"></div>\n\
@@ -189,7 +188,19 @@ impl Page<'_> {
              <div class=\"stage\"><img id=\"heat\" alt=\"error of the left picture\"></div>\n\
              <p class=\"soft\">Largest absolute difference of the channels to the reference, in linear radiance.</p>\n\
              <h2>All of them</h2>\n<div class=\"thumbs\">\n{thumbs}</div>\n",
+            self.place_of(&reference.picture),
             number(f64::from(full)),
+        )
+    }
+
+    /// Where the pictures lie; nothing where they are the whole.
+    fn place_of(&self, shown: &Picture) -> String {
+        let ([x, y], Picture { width, height, .. }) = (self.report.tiles.shown, shown);
+        if [*width, *height] == self.report.size {
+            return String::new();
+        }
+        format!(
+            "<p class=\"soft\">{width}×{height} pixels of the picture as it is rendered, from column {x} and row {y} on.</p>\n"
         )
     }
 

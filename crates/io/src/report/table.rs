@@ -1,5 +1,7 @@
 //! One table, written as text, Markdown, comma-separated values or HTML.
 
+use raywright_core::accuracy::Interval;
+
 use super::plot::escaped;
 use crate::masking::on_one_line;
 
@@ -180,12 +182,46 @@ pub fn wrapped(text: &str, indent: usize, room: usize) -> String {
     lines.join(&format!("\n{}", " ".repeat(indent)))
 }
 
+/// A number with what it may be off by: nothing where that is within the last digit that `number` writes, a share of it, or the ends of its
+/// interval where they are far from it. What can't be told from nothing is at most its upper end.
+pub fn uncertain(of: &Interval, number: impl Fn(f64) -> String) -> String {
+    let value = number(of.value);
+    if of.is_lost_in_noise() && of.high > 0.0 {
+        return format!("<{}", number(of.high));
+    }
+    if number(of.low) == value && number(of.high) == value || !(of.high - of.low).is_finite() {
+        return value;
+    }
+    match of.relative() {
+        share if share < FAR => {
+            format!("{value} ±{} %", if share < 0.01 { "1".to_owned() } else { format!("{:.0}", 100.0 * share) })
+        }
+        _ => format!("{value} ({} to {})", number(of.low), number(of.high)),
+    }
+}
+
+/// From this share of a number on the ends of its interval are written.
+const FAR: f64 = 0.3;
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn table<const N: usize>(columns: [Align; N], rows: &[[&str; N]]) -> Table {
         Table { columns: columns.to_vec(), rows: rows.iter().map(|row| row.map(str::to_owned).into_iter().collect()).collect() }
+    }
+
+    /// Protects: numbers say what they may be off by, where that is more than their last digit: as a share, or by ends that are far from them; what
+    /// can't be told from nothing is at most its upper end.
+    #[test]
+    fn numbers_say_what_they_may_be_off_by() {
+        let told = |value, low, high| uncertain(&Interval { value, low, high }, |number| format!("{number:.2}"));
+        assert_eq!(told(0.5, 0.4951, 0.5049), "0.50");
+        assert_eq!(told(0.5, 0.4949, 0.5049), "0.50 ±1 %");
+        assert_eq!(told(0.5, 0.4, 0.6), "0.50 ±20 %");
+        assert_eq!(told(0.5, 0.3, 0.8), "0.50 (0.30 to 0.80)");
+        assert_eq!(told(0.5, 0.0, 0.8), "<0.80");
+        assert_eq!(told(0.0, 0.0, 0.0), "0.00");
     }
 
     /// Protects: widths count characters, not bytes, and lines have no trailing blanks.

@@ -1,18 +1,16 @@
 //! The tables of the page: settings worth their time, rungs, prices, effects.
 
-use std::fmt::Write;
-
 use raywright_core::accuracy::{EffectCost, EffectCosts, Interval, LadderReport, Measured, OutputReport, RungCost, RungReport};
 use raywright_core::bench::Spread;
 use raywright_core::effects::Status;
 
 use super::page::{Page, number};
 use super::plot::escaped;
-use super::table::{Align, Table, TableRow};
+use super::table::{Align, Table, TableRow, uncertain};
 use crate::limits::human_bytes;
 
-fn interval(of: Interval, f: fn(f64) -> f64) -> String {
-    if of.is_lost_in_noise() { format!("<\u{2009}{}", number(f(of.high))) } else { number(f(of.value)) }
+fn interval(of: Interval) -> String {
+    uncertain(&of, number)
 }
 
 /// What marks the rows of what is in use.
@@ -38,13 +36,15 @@ impl Page<'_> {
         }
         let named = (1..).zip(self.report.frontier.iter().zip(self.flags));
         let rows = named.map(|(i, (candidate, flags))| {
-            let cells = [format!("({i})"), format!("`{flags}`")].into_iter().chain(self.cells(&candidate.measured, None));
+            let cells = [format!("({i})"), format!("`{flags}`")]
+                .into_iter()
+                .chain(self.cells(&candidate.measured, None).into_iter().take(7));
             TableRow::of_class(own(candidate.flags.is_empty()), cells)
         });
-        let mut columns = [Align::Right; 10];
+        let mut columns = [Align::Right; 9];
         columns[1] = Align::Left;
-        let [time, ratio, error, rmse, bias, noise, flip, alone] = HEADS;
-        let names = ["", "flags", time, ratio, error, rmse, bias, noise, flip, alone];
+        let [time, ratio, error, rmse, bias, light, flip, _] = HEADS;
+        let names = ["", "flags", time, ratio, error, rmse, bias, light, flip];
         format!(
             "<h2>Worth their time</h2>\n<p>No setting that was measured is both faster and nearer to the reference. The first row whose \
              error is small enough is the cheapest setting for that error; the last one within a time is the best for that time. The flags \
@@ -64,22 +64,9 @@ impl Page<'_> {
             base.map(|base| TableRow::of_class("ladder", named(format!("all below: {} samples", base.samples), &base.measured))),
         );
         rows.extend(others.into_iter().flat_map(|ladder| self.rows_of(ladder)));
-        let mut in_vain = String::new();
-        for ladder in &self.report.ladders {
-            for (rung, [error, own]) in ladder.in_vain() {
-                let [name, about, in_use] = [rung.rung.as_str(), rung.about, ladder.in_use.as_str()].map(escaped);
-                let (error, own) = (number(error), number(own));
-                let _ = writeln!(
-                    in_vain,
-                    "<li><code>{}={name}</code>: alone {error}, and {own} of {in_use}; {about}</li>",
-                    ladder.ladder
-                );
-            }
-        }
-        if !in_vain.is_empty() {
-            in_vain = format!(
-                "<p>Wrong in vain, since they are no faster than the rung in use; the pictures below show where:</p>\n<ul>\n{in_vain}</ul>\n"
-            );
+        if !self.report.combinations.is_empty() {
+            rows.push(heading("together, beside the scene as it is"));
+            rows.extend(self.report.combinations.iter().map(|of| TableRow::of_class("", named(of.name(), &of.measured))));
         }
         let named = |which: &dyn Fn(&LadderReport, &RungReport) -> bool| -> Vec<String> {
             let all = self.report.ladders.iter().flat_map(|ladder| ladder.rungs.iter().map(move |rung| (ladder, rung)));
@@ -97,13 +84,13 @@ impl Page<'_> {
             [] => String::new(),
             names => format!("<p class=\"soft\">Not called for by this scene, and not measured: {}.</p>\n", names.join(", ")),
         };
-        let [time, ratio, error, rmse, bias, noise, flip, alone] = HEADS;
-        let names = ["rung", time, ratio, error, rmse, bias, noise, flip, alone];
+        let [time, ratio, error, rmse, bias, light, flip, alone] = HEADS;
+        let names = ["rung", time, ratio, error, rmse, bias, light, flip, alone];
         format!(
             "<h2>Every rung, one at a time</h2>\n<p class=\"soft\">Times are those of all threads at the scene's \
-             own size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Alone: root mean square difference to the ladder's most exact rung with \
+             own size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Bias: the part of it that more samples leave. Light: what is gone of it, or added. Alone: root mean square difference to the ladder's most exact rung with \
              the same random numbers. &lt;: too small to be told from the reference's noise.</p>\n\
-             {}{beaten}{late}{in_vain}{absent}",
+             {}{beaten}{late}{absent}",
             Table::new([Align::Right; 9], names, rows).html()
         )
     }
@@ -118,24 +105,23 @@ impl Page<'_> {
         [heading(ladder.ladder)].into_iter().chain(shown.into_iter().filter_map(row)).collect()
     }
 
-    fn cells(&self, of: &Measured, own_error: Option<f64>) -> [String; 8] {
+    fn cells(&self, of: &Measured, own_error: Option<Interval>) -> [String; 8] {
         let errors = &of.errors;
-        let bias = if errors.rmse.is_lost_in_noise() { String::new() } else { number(errors.bias) };
         [
-            self.time(&of.seconds),
-            number(of.ratio.median),
-            interval(errors.relmse, f64::sqrt),
-            interval(errors.rmse, |x| x),
-            bias,
-            errors.noise.map(number).unwrap_or_default(),
-            number(of.flip),
-            own_error.map(number).unwrap_or_default(),
+            uncertain(&of.seconds, spoken),
+            interval(of.ratio),
+            interval(errors.relmse.map(f64::sqrt)),
+            interval(errors.rmse),
+            errors.bias.map(|bias| interval(bias.map(f64::sqrt))).unwrap_or_default(),
+            light_change(&errors.light),
+            interval(of.flip),
+            own_error.map(interval).unwrap_or_default(),
         ]
     }
 
-    /// Of a render at the scene's own size.
+    /// Of a render of the whole picture.
     fn time(&self, of: &Spread) -> String {
-        format!("{} ±{:.0} %", spoken(of.median * self.report.enlargement()), of.relative() * 100.0)
+        format!("{} ±{:.0} %", spoken(of.median), of.relative() * 100.0)
     }
 
     fn paid(&self, of: &RungCost) -> Vec<String> {
@@ -220,7 +206,14 @@ fn how_measured(costs: &EffectCosts) -> String {
 }
 
 /// The columns of every measured setting.
-const HEADS: [&str; 8] = ["CPU time", "× in use", "error", "RMSE", "bias", "noise", "FLIP", "alone"];
+const HEADS: [&str; 8] = ["CPU time", "× in use", "error", "RMSE", "bias", "light", "FLIP", "alone"];
+
+/// What a setting does to the picture's light, in per cent; nothing where that can't be told from nothing.
+pub fn light_change(of: &Interval) -> String {
+    let is_known = of.low > 1.0 || of.high < 1.0;
+    let change = format!("{:+.1} %", 100.0 * (of.value - 1.0));
+    if is_known && !change.ends_with("0.0 %") { change } else { String::new() }
+}
 
 /// A time with three digits.
 fn spoken(seconds: f64) -> String {

@@ -1,6 +1,7 @@
 //! The first lines of a measurement: what the scene costs and gets wrong as it is, and what to ask for instead.
 
-use raywright_core::accuracy::{Advice, Report};
+use raywright_core::accuracy::{Advice, Measured, Report};
+use raywright_io::report::uncertain;
 
 use crate::clock::spoken;
 use crate::origin::quoted;
@@ -48,37 +49,55 @@ impl RenderCommand {
 
 /// `In use: error 0.18, 11 s. Half of it: ...`, with what each setting that is named really has.
 pub fn answer(report: &Report, command: &RenderCommand) -> String {
-    // As in the table that follows, where it was measured again.
-    let again = report.frontier.iter().find(|candidate| candidate.flags.is_empty());
-    let own = again.map_or(&report.own, |candidate| &candidate.measured);
-    let relmse = &own.errors.relmse;
-    let time = format!("{} of CPU time", spoken(own.seconds.median * report.enlargement()));
-    if relmse.is_lost_in_noise() {
-        let most = significant(relmse.high.sqrt(), 2);
+    let own = &report.own;
+    let time = format!("{} of CPU time", uncertain(&own.seconds, spoken));
+    if !own.errors.relmse.high.is_finite() {
+        return "There was no time to tell the error in use: a larger --budget helps.".to_owned();
+    }
+    if own.errors.relmse.is_lost_in_noise() {
+        let most = significant(own.errors.relmse.high.sqrt(), 2);
         return format!(
             "In use: {time}, and an error of at most {most}, which is too small to be told from the reference's own."
         );
     }
-    let error = relmse.value.sqrt();
-    let about = |advice: &Advice| significant(error * advice.error, 2);
-    let half = match (&report.answer.half_the_error, more_samples(report)) {
-        (Some(advice), _) => {
-            let (flags, time) = (command.flags(&advice.flags), significant(advice.time, 2));
-            format!("Half of it ({}): `{flags}`, {time} x the time.", about(advice))
+    let about = |of: &Measured| uncertain(&of.errors.relmse.map(f64::sqrt), |value| significant(value, 2));
+    let longer = |seconds: f64| format!("`--budget {}` may tell", budget(seconds));
+    let times = |of: &Advice| uncertain(&of.time, |value| significant(value, 2));
+    let half = match (&report.answer.half_the_error, report.answer.half_needs, more_samples(report)) {
+        (Some(advice), ..) => {
+            format!(
+                "Half of it: `{}` has {} for {} x the time.",
+                command.flags(&advice.flags),
+                about(&advice.measured),
+                times(advice)
+            )
         }
-        (None, Some(samples)) => {
+        (None, Some(seconds), _) => format!("No setting has half of it for certain: {}.", longer(seconds)),
+        (None, None, Some(samples)) => {
             format!("Half of it was not measured; `--spp {samples}` promises it for 4 x the time.")
         }
-        (None, None) => "Nothing that was measured has half of it.".to_owned(),
+        (None, None, None) => "Nothing that was measured has half of it.".to_owned(),
     };
-    let same = match &report.answer.same_error {
-        Some(advice) => {
-            let (flags, share) = (command.flags(&advice.flags), significant(100.0 * advice.time, 2));
-            format!("The same error ({}) in {share} % of the time: `{flags}`.", about(advice))
+    let same = match (&report.answer.same_error, report.answer.same_needs) {
+        (Some(advice), _) => {
+            format!(
+                "No more error: `{}` has {} for {} x the time.",
+                command.flags(&advice.flags),
+                about(&advice.measured),
+                times(advice)
+            )
         }
-        None => "Nothing that was measured has the same error in clearly less time.".to_owned(),
+        (None, Some(seconds)) => format!("None has the same error in less time for certain: {}.", longer(seconds)),
+        (None, None) => "Nothing that was measured has the same error in clearly less time.".to_owned(),
     };
-    format!("In use: error {}, {time}. {half} {same}", significant(error, 2))
+    format!("In use: error {}, {time}. {half} {same}", about(own))
+}
+
+/// A budget as the flag takes it, rounded up to what is easily remembered.
+fn budget(seconds: f64) -> String {
+    let step = if seconds < 60.0 { 10.0 } else { 60.0 };
+    let rounded = (seconds / step).ceil() * step;
+    if rounded < 60.0 { format!("{rounded}s") } else { format!("{}min", (rounded / 60.0).ceil()) }
 }
 
 /// Four times the samples in use, which halve an error that is noise, where there was no time to look.
@@ -93,10 +112,16 @@ fn more_samples(report: &Report) -> Option<u32> {
 
 #[cfg(test)]
 mod tests {
-    use raywright_core::accuracy::{Answer, Candidate};
+    use clap::Parser;
+    use raywright_core::accuracy::{Answer, Interval, Setting};
+    use raywright_core::ladder::Ladder;
+    use raywright_core::scene::Scene;
 
     use super::super::text::tests::report;
     use super::*;
+    use crate::args::{Arguments, Command};
+    use crate::console::Verbosity;
+    use crate::plan::Task;
 
     fn words(list: &[&str]) -> Vec<String> {
         list.iter().map(|&word| word.to_owned()).collect()
@@ -116,40 +141,77 @@ mod tests {
         assert_eq!(RenderCommand::new("preset:x", &[]).flags(&[]), "");
     }
 
-    /// Protects: the first lines have the error and the time at the scene's own size, a hundred times as large here, and of each setting that is
-    /// named its own error and time; what nothing has is said so, and more samples are named where they were not measured.
+    /// Protects: the first lines have the error and the time in use, and of each setting that is named its own error, as the tables have it, and
+    /// its time; what nothing has is said so, more samples are named where they were not measured, and a budget where a setting is in doubt.
     #[test]
     fn the_answer_is_a_sentence() {
         let command = RenderCommand::new("x.glb", &[]);
-        let advice = |flag: &str, time, error| Some(Advice { flags: words(&[flag]), time, error });
         let mut report = report();
-        report.answer =
-            Answer { half_the_error: advice("--rung samples=256", 3.9, 0.5), same_error: advice("--rung clamp=10", 0.255, 1.04) };
+        let measured = report.own.clone();
+        let of = |value: f64| Interval { value, low: 0.9 * value, high: 1.1 * value };
+        let advice = |flag: &str, time: f64, square: f64| {
+            let mut measured = measured.clone();
+            measured.errors.relmse = of(square);
+            Some(Advice { flags: words(&[flag]), time: of(time), error: of(9.0), measured })
+        };
+        let own = "In use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time.";
+        report.answer = Answer {
+            half_the_error: advice("--rung samples=256", 3.9, 0.0225),
+            same_error: advice("--rung clamp=10", 0.255, 0.08),
+            half_needs: Some(1.0),
+            same_needs: None,
+        };
         assert_eq!(
             answer(&report, &command),
-            "In use: error 0.3, 25.0 s of CPU time. Half of it (0.15): `--spp 256`, 3.9 x the time. The same error (0.31) in 26 % of the \
-             time: `--rung clamp=10`."
+            format!(
+                "{own} Half of it: `--spp 256` has 0.15 ±5 % for 3.9 ±10 % x the time. No more error: `--rung clamp=10` has 0.28 ±5 % for 0.26 \
+                 ±10 % x the time."
+            )
+        );
+        report.answer = Answer { half_needs: Some(41.0), same_needs: Some(61.0), ..Answer::default() };
+        assert_eq!(
+            answer(&report, &command),
+            format!(
+                "{own} No setting has half of it for certain: `--budget 50s` may tell. None has the same error in less time for certain: \
+                 `--budget 2min` may tell."
+            )
         );
         report.answer = Answer::default();
         assert_eq!(
             answer(&report, &command),
-            "In use: error 0.3, 25.0 s of CPU time. Nothing that was measured has half of it. Nothing that was measured has the same error in \
-             clearly less time."
+            format!(
+                "{own} Nothing that was measured has half of it. Nothing that was measured has the same error in clearly less time."
+            )
         );
         report.ladders[0].ladder = "samples";
         report.ladders[0].in_use = "64".to_owned();
         assert!(answer(&report, &command).contains("Half of it was not measured; `--spp 256` promises it for 4 x the time."));
         report.ladders[0].rungs[0].rung = "256".to_owned();
         assert!(answer(&report, &command).contains("Nothing that was measured has half of it."));
-        let mut again = report.own.clone();
-        again.errors.relmse.value = 0.04;
-        report.frontier = vec![Candidate { flags: Vec::new(), measured: again }];
-        assert!(answer(&report, &command).starts_with("In use: error 0.2, "));
-        report.frontier.clear();
         report.own.errors.relmse.low = 0.0;
         assert_eq!(
             answer(&report, &command),
-            "In use: 25.0 s of CPU time, and an error of at most 0.4, which is too small to be told from the reference's own."
+            "In use: 25.0 s ±10 % of CPU time, and an error of at most 0.4, which is too small to be told from the reference's own."
         );
+        report.own.errors.relmse.high = f64::INFINITY;
+        assert!(answer(&report, &command).starts_with("There was no time"));
+    }
+
+    /// Protects: what the sentence advises is what was measured: its words ask `render` for the rungs of the setting.
+    #[test]
+    fn what_is_advised_is_what_was_measured() {
+        let ladders = [Ladder::Samples, Ladder::Reconstruction, Ladder::Sampler, Ladder::Clamp];
+        for choice in ladders.into_iter().flat_map(Ladder::choices) {
+            let advised = RenderCommand::new("preset:cornell", &[]).flags(&Setting::one(choice).flags());
+            let settings = |words: &str| {
+                let words = ["raywright", "render", "preset:cornell"].into_iter().chain(words.split_whitespace());
+                let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
+                    panic!("{advised}")
+                };
+                let (mut scene, task) = (Scene::default(), Task::new(*args, Verbosity::Quiet).expect("right words"));
+                task.settle(&mut scene, None, |_, _, _, _| panic!("nothing is framed")).expect("a plan").settings
+            };
+            assert_eq!(settings(&advised), settings(&format!("--rung {choice}")), "{advised}");
+        }
     }
 }

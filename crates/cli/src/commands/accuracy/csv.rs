@@ -1,33 +1,39 @@
 //! A measurement as one table of comma-separated values, for spreadsheets and scripts: a line for each rung, effect and combination, in
 //! columns that are empty where a kind of line has nothing to say.
 
-use raywright_core::accuracy::{EffectCost, Measured, OutputReport, Price, Report};
+use raywright_core::accuracy::{Candidate, EffectCost, Interval, Measured, OutputReport, Price, Report};
 use raywright_core::bench::Spread;
 
 use crate::table::{Align, Table, TableRow};
 
 /// Names of the columns.
-const COLUMNS: [&str; 27] = [
+const COLUMNS: [&str; 33] = [
     "ladder",
     "rung",
     "in_use",
     "flags",
     "renders",
     "seconds",
-    "seconds_lower_quartile",
-    "seconds_upper_quartile",
+    "seconds_low",
+    "seconds_high",
+    "tiles",
     "ratio",
+    "ratio_low",
+    "ratio_high",
     "rays",
     "rmse",
     "rmse_low",
     "rmse_high",
-    "bias",
-    "noise",
     "relmse",
     "relmse_low",
     "relmse_high",
+    "bias",
+    "bias_low",
+    "bias_high",
+    "light",
+    "light_low",
+    "light_high",
     "flip",
-    "percentile_99_9",
     "own_error",
     "preparing_seconds",
     "geometry_bytes",
@@ -42,7 +48,7 @@ struct Line([String; COLUMNS.len()]);
 
 impl Line {
     fn new(ladder: &str, rung: &str, in_use: bool) -> Self {
-        let line = Self(Default::default());
+        let line = Self(std::array::from_fn(|_| String::new()));
         line.with("ladder", ladder).with("rung", rung).with("in_use", in_use)
     }
 
@@ -53,29 +59,21 @@ impl Line {
         self
     }
 
+    /// Median and quartiles.
     fn seconds(self, of: &Spread) -> Self {
-        self.with("seconds", of.median)
-            .with("seconds_lower_quartile", of.lower_quartile)
-            .with("seconds_upper_quartile", of.upper_quartile)
+        self.with("seconds", of.median).with("seconds_low", of.lower_quartile).with("seconds_high", of.upper_quartile)
+    }
+
+    fn interval(self, column: &str, of: &Interval) -> Self {
+        self.with(column, of.value).with(&format!("{column}_low"), of.low).with(&format!("{column}_high"), of.high)
     }
 
     fn measured(self, of: &Measured) -> Self {
         let e = &of.errors;
-        let all = [
-            ("ratio", of.ratio.median),
-            ("rmse", e.rmse.value),
-            ("rmse_low", e.rmse.low),
-            ("rmse_high", e.rmse.high),
-            ("bias", e.bias),
-            ("relmse", e.relmse.value),
-            ("relmse_low", e.relmse.low),
-            ("relmse_high", e.relmse.high),
-            ("flip", of.flip),
-            ("percentile_99_9", e.percentile_99_9),
-        ];
-        let line = self.seconds(&of.seconds).with("renders", of.renders).with("rays", of.rays);
-        let line = all.into_iter().fold(line, |line, (column, value)| line.with(column, value));
-        e.noise.into_iter().fold(line, |line, noise| line.with("noise", noise))
+        let line = self.with("renders", of.renders).with("tiles", of.tiles).with("rays", of.rays).with("flip", of.flip.value);
+        let all = [("seconds", &of.seconds), ("ratio", &of.ratio), ("rmse", &e.rmse), ("relmse", &e.relmse), ("light", &e.light)];
+        let line = all.into_iter().fold(line, |line, (column, of)| line.interval(column, of));
+        e.bias.iter().fold(line, |line, bias| line.interval("bias", bias))
     }
 
     fn priced(self, of: &Price) -> Self {
@@ -102,7 +100,7 @@ impl Line {
     }
 }
 
-/// The scene's own setting, each rung of each ladder, the settings worth their time (`frontier`), what files keep (`output`), and what
+/// The scene's own setting, each rung of each ladder, settings of several rungs (`together`), those worth their time (`frontier`), what files keep (`output`), and what
 /// effects add (`effect`).
 pub fn csv(report: &Report) -> String {
     let mut lines = vec![Line::new("own", "", true).measured(&report.own)];
@@ -110,7 +108,7 @@ pub fn csv(report: &Report) -> String {
         lines.extend(ladder.rungs.iter().map(|rung| {
             let line = Line::new(ladder.ladder, &rung.rung, rung.in_use).with("flags", rung.flag.as_deref().unwrap_or_default());
             let line = rung.measured.iter().fold(line, Line::measured);
-            rung.own_error.into_iter().fold(line, |line, own| line.with("own_error", own))
+            rung.own_error.iter().fold(line, |line, own| line.with("own_error", own.value))
         }));
     }
     for ladder in &report.prices {
@@ -118,9 +116,11 @@ pub fn csv(report: &Report) -> String {
     }
     lines.extend(report.outputs.iter().map(Line::of_file));
     lines.extend(report.costs.iter().flat_map(|costs| &costs.effects).map(Line::of_effect));
-    lines.extend(report.frontier.iter().map(|candidate| {
-        let line = Line::new("frontier", "", candidate.flags.is_empty()).with("flags", candidate.flags.join(" "));
-        line.measured(&candidate.measured)
-    }));
+    let candidate = |kind: &str, of: &Candidate| {
+        let line = Line::new(kind, "", of.flags.is_empty()).with("flags", of.flags.join(" "));
+        line.measured(&of.measured)
+    };
+    lines.extend(report.combinations.iter().map(|of| candidate("together", of)));
+    lines.extend(report.frontier.iter().map(|of| candidate("frontier", of)));
     Table::new([Align::Left; COLUMNS.len()], COLUMNS, lines.into_iter().map(|line| TableRow::from_iter(line.0))).csv()
 }

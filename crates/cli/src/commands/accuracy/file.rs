@@ -20,8 +20,8 @@ use crate::machine::processor;
 use crate::origin::command_line;
 use crate::table::significant;
 
-/// Version of [`Document`]. 2: rungs other than numbers of samples are measured with at most 16, and compared with that.
-const FORMAT: u32 = 2;
+/// Version of [`Document`]. 3: all numbers are of the picture at its own size, as tiles tell it, with intervals.
+const FORMAT: u32 = 3;
 
 /// What a file is to hold, by its ending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,22 +137,18 @@ impl<'a> Document<'a> {
 
 /// How it was measured: the machine, the size, the reference, and what is missing.
 fn circumstances(processor: Option<&str>, threads: usize, clock: &str, report: &Report) -> Vec<String> {
-    let [[width, height], [full_width, full_height]] = [report.size, report.full_size];
-    let full = if report.size == report.full_size {
-        "its own size".to_owned()
-    } else {
-        let longer = significant(report.enlargement(), 2);
-        format!("times are those at its own {full_width}x{full_height}, {longer} times as long")
-    };
+    let ([width, height], tiles) = (report.size, &report.tiles);
     let machine = processor.map(|name| format!("{name}, ")).unwrap_or_default();
-    let (reference, renders) = (&report.reference, report.own.renders);
+    let reference = &report.reference;
+    let measured = match (tiles.measured, reference.tiles) {
+        (of, _) if of >= tiles.all => "all of it".to_owned(),
+        (of, _) => format!("{of} of {} tiles of {edge}x{edge} pixels, and some settings fewer", tiles.all, edge = tiles.edge),
+    };
     let plural = if threads == 1 { "thread" } else { "threads" };
     let cut = if report.cut_short { "; time was out before all was measured: a larger --budget helps" } else { "" };
     vec![
-        format!("rendered at {width}x{height} ({full})"),
-        format!(
-            "{machine}{threads} {plural}, {clock} without preparation: median of {renders} renders ± half the distance of the quartiles"
-        ),
+        format!("measured as it is rendered, at {width}x{height}: {measured}"),
+        format!("{machine}{threads} {plural}, {clock} without preparation; intervals hold in 95 of 100 cases"),
         format!(
             "reference{}: f64, every ladder on its most exact rung that does not take too long, {} samples; its standard error {} is \
              subtracted",

@@ -110,6 +110,7 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
     flags.extend(env_rotation.map(|degrees| format!("--env-rotation {degrees}")));
     flags.extend(env_strength.map(|factor| format!("--env-strength {factor}")));
     flags.extend(allow_outside.then(|| "--allow-outside".to_owned()));
+    flags.extend(args.size.map(|[width, height]| format!("--size {width}x{height}")));
     flags.extend(Choices::from(&args.choices).words("--rung ", "--without "));
     flags
 }

@@ -1,15 +1,17 @@
 //! A measurement as a table for the terminal, with a small plot of the frontier.
 
-use raywright_core::accuracy::{Interval, LadderReport, Measured, OutputReport, Price, PriceReport, Report, RungReport};
+use raywright_core::accuracy::{
+    Candidate, Interval, LadderReport, Measured, OutputReport, Price, PriceReport, Report, RungReport,
+};
 use raywright_core::bench::Spread;
 use raywright_io::human_bytes;
+use raywright_io::report::{light_change, uncertain};
 
 use super::file::Document;
 use crate::clock::spoken;
 use crate::commands::explain::dear;
-use crate::console;
 use crate::scatter::scatter;
-use crate::table::{Align, lay_out_aligned, paragraph, significant, wrapped};
+use crate::table::{Align, lay_out_aligned, paragraph, significant};
 
 const RIGHT: Align = Align::Right;
 const COLUMNS: [Align; 8] = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
@@ -38,21 +40,20 @@ fn listed<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String 
 
 /// Every rung under its ladder, but those that are slower and worse than the one in use, and those that there was no time for.
 fn rungs(report: &Report) -> String {
-    let heads = ["", "time", "", "x in use", "error", "bias", "FLIP", "alone"];
-    let own = |of| row("as it is".to_owned(), of, report.enlargement(), None);
-    let mut rows = vec![heads.map(str::to_owned), own(&report.own)];
+    let heads = ["", "time", "x in use", "error", "bias", "light", "FLIP", "alone"];
+    let mut rows = vec![heads.map(str::to_owned), row("as it is".to_owned(), &report.own, None)];
     let (samples, others): (Vec<_>, Vec<_>) = report.ladders.iter().partition(|ladder| ladder.ladder == "samples");
-    rows.extend(samples.iter().flat_map(|ladder| rows_of(ladder, report)));
+    rows.extend(samples.iter().flat_map(|ladder| rows_of(ladder)));
     if let Some(base) = &report.base {
-        rows.push(row(format!("below: {} samples", base.samples), &base.measured, report.enlargement(), None));
+        rows.push(row(format!("below: {} samples", base.samples), &base.measured, None));
     }
-    rows.extend(others.iter().flat_map(|ladder| rows_of(ladder, report)));
+    rows.extend(others.iter().flat_map(|ladder| rows_of(ladder)));
     let notes = [
         "* in use",
-        "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01); bias: what more samples don't lower of the RMSE",
+        "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01); bias: what more samples leave of it; light: what is gone or added",
         "alone: root mean square difference to the ladder's most exact rung with the same random numbers",
         "<: too small to be told from the reference's noise; the number is the upper end of the interval",
-        "RMSE, noise and quartiles are in -o FILE.csv",
+        "RMSE and the ends of all intervals are in -o FILE.csv",
     ];
     let mut text = format!("\n{}", lay_out_aligned(COLUMNS, &rows));
     notes.iter().for_each(|note| text += &(paragraph(note) + "\n"));
@@ -64,7 +65,7 @@ fn rungs(report: &Report) -> String {
         late(ladder.ladder, others().map(|rung| (rung.rung.as_str(), rung.measured.is_none())))
     });
     text += &listed("no time for", late);
-    text + &in_vain(report)
+    text + &together(&report.combinations)
 }
 
 /// Which rungs of a ladder there was no time for: the ladder's name alone where that is all of them.
@@ -78,23 +79,22 @@ fn late<'a>(ladder: &str, rungs: impl Iterator<Item = (&'a str, bool)>) -> Optio
     }
 }
 
-/// Rungs that are no faster than those in use and alone much more wrong, each with what it is.
-fn in_vain(report: &Report) -> String {
-    let mut text = String::new();
-    for ladder in &report.ladders {
-        for (rung, [error, own]) in ladder.in_vain() {
-            let (error, own) = (significant(error, 2), significant(own, 2));
-            let line =
-                format!("{}={}: alone {error} beside {own} of {}; {}", ladder.ladder, rung.rung, ladder.in_use, rung.about);
-            text += &format!("  {}\n", wrapped(&line, 2, console::width().unwrap_or(usize::MAX)));
-        }
+/// Settings of several rungs, beside the scene as it is; their flags, which may be long, come last.
+fn together(all: &[Candidate]) -> String {
+    if all.is_empty() {
+        return String::new();
     }
-    let title = paragraph("wrong in vain, since they are no faster than the rung in use:");
-    if text.is_empty() { text } else { format!("\n{title}\n{text}") }
+    let heads = ["time", "x in use", "error", "bias", "light", "FLIP", "together"].map(str::to_owned);
+    let figures = |of: &Candidate| {
+        let [_, time, ratio, error, bias, light, flip, _] = row(String::new(), &of.measured, None);
+        [time, ratio, error, bias, light, flip, of.flags.join(" ")]
+    };
+    let rows: Vec<[String; 7]> = [heads].into_iter().chain(all.iter().map(figures)).collect();
+    format!("\n{}", lay_out_aligned([RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, Align::Left], &rows))
 }
 
 /// A ladder's title and its rungs, if there is more to say than what is in use.
-fn rows_of(ladder: &LadderReport, report: &Report) -> Vec<[String; 8]> {
+fn rows_of(ladder: &LadderReport) -> Vec<[String; 8]> {
     let shown: Vec<&RungReport> = ladder.rungs.iter().filter(|rung| rung.measured.is_some() && !ladder.beats(rung)).collect();
     if shown.iter().all(|rung| rung.in_use) {
         return Vec::new();
@@ -103,7 +103,7 @@ fn rows_of(ladder: &LadderReport, report: &Report) -> Vec<[String; 8]> {
     let title = if stands { ladder.ladder.to_owned() } else { format!("{} (in use: {})", ladder.ladder, ladder.in_use) };
     let rows = shown.into_iter().filter_map(|of| {
         let mark = if of.in_use { " *" } else { "" };
-        Some(row(format!("  {}{mark}", of.rung), of.measured.as_ref()?, report.enlargement(), of.own_error))
+        Some(row(format!("  {}{mark}", of.rung), of.measured.as_ref()?, of.own_error.as_ref()))
     });
     [title_row(title)].into_iter().chain(rows).collect()
 }
@@ -115,19 +115,22 @@ fn title_row<const N: usize>(title: String) -> [String; N] {
     row
 }
 
-/// Times are those at the scene's own size.
-fn row(name: String, of: &Measured, enlargement: f64, own_error: Option<f64>) -> [String; 8] {
+fn row(name: String, of: &Measured, own_error: Option<&Interval>) -> [String; 8] {
     let errors = &of.errors;
     [
         name,
-        spoken_finely(of.seconds.median * enlargement),
-        spread(&of.seconds),
-        significant(of.ratio.median, 3),
+        uncertain(&of.seconds, spoken_finely),
+        uncertain(&of.ratio, |value| significant(value, 3)),
         root(&errors.relmse),
-        if errors.rmse.is_lost_in_noise() { String::new() } else { significant(errors.bias, 2) },
-        significant(of.flip, 2),
-        own_error.map(|own| significant(own, 2)).unwrap_or_default(),
+        errors.bias.as_ref().map(root).unwrap_or_default(),
+        light_change(&errors.light),
+        short(&of.flip),
+        own_error.map(short).unwrap_or_default(),
     ]
+}
+
+fn short(of: &Interval) -> String {
+    uncertain(of, |value| significant(value, 2))
 }
 
 /// Times shorter than a second with three digits.
@@ -147,7 +150,7 @@ fn prices(report: &Report) -> String {
         let stands = rungs.iter().any(|rung| rung.in_use);
         let title = if stands { (*ladder).to_owned() } else { format!("{ladder} (in use: {in_use})") };
         rows.push(title_row(title));
-        rows.extend(rungs.iter().filter_map(|of| price(of, report.enlargement())));
+        rows.extend(rungs.iter().filter_map(price));
     }
     let columns = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
     let table = if rows.len() > 1 { format!("\n{}", lay_out_aligned(columns, &rows)) } else { String::new() };
@@ -155,13 +158,13 @@ fn prices(report: &Report) -> String {
     table + &listed("no time for", report.prices.iter().filter_map(rungs))
 }
 
-fn price(of: &Price, enlargement: f64) -> Option<[String; 6]> {
+fn price(of: &Price) -> Option<[String; 6]> {
     let paid = of.paid.as_ref()?;
     let name = format!("  {}{}", of.rung, if of.in_use { " *" } else { "" });
     let bits = if paid.same_bits { "" } else { "; OTHER PICTURE" };
     Some([
         name,
-        spoken_finely(paid.seconds.median * enlargement),
+        spoken_finely(paid.seconds.median),
         spread(&paid.seconds),
         significant(paid.ratio.median, 3),
         spoken_finely(paid.preparing.median),
@@ -191,15 +194,14 @@ fn frontier(document: &Document<'_>) -> String {
     if points.is_empty() {
         return String::new();
     }
-    let enlargement = document.report.enlargement();
     let rows = document.report.frontier.iter().zip(&document.flags).map(|(candidate, flags)| {
         let of = &candidate.measured;
-        let time = spoken_finely(of.seconds.median * enlargement);
-        [time, significant(of.ratio.median, 3), root(&of.errors.relmse), flags.clone()]
+        let time = uncertain(&of.seconds, spoken_finely);
+        [time, uncertain(&of.ratio, |value| significant(value, 3)), root(&of.errors.relmse), flags.clone()]
     });
     let heads = ["time", "x in use", "error", "flags"].map(str::to_owned);
     let rows: Vec<[String; 4]> = [heads].into_iter().chain(rows).collect();
-    let place = |of: &&Measured| (of.seconds.median * enlargement, of.errors.relmse.value.sqrt());
+    let place = |of: &&Measured| (of.seconds.value, of.errors.relmse.value.sqrt());
     let words = "worth their time: no setting measured is both faster and nearer to the reference; the flags stand behind";
     let table = lay_out_aligned([RIGHT, RIGHT, RIGHT, Align::Left], &rows);
     let plot = scatter(&points.iter().map(place).collect::<Vec<_>>(), "error", "time");
@@ -209,7 +211,7 @@ fn frontier(document: &Document<'_>) -> String {
 
 /// The root of a mean square, or of the upper end of what it may be.
 fn root(of: &Interval) -> String {
-    if of.is_lost_in_noise() { format!("<{}", significant(of.high.sqrt(), 2)) } else { significant(of.value.sqrt(), 2) }
+    short(&of.map(f64::sqrt))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::super::Listener;
 use super::super::effects::{Bench, EffectCosts};
 use super::super::measurements::Measurements;
 use super::super::report::{Price, PriceReport};
-use super::{PRICES, Session};
+use super::{COSTS, PRICES, Session};
 use crate::prepare::PrepareError;
 
 /// Tells of a part of the measurement as the stretch of the whole that it is.
@@ -47,7 +47,7 @@ impl Session<'_> {
         let Self { observer, stopwatch, now, .. } = *self;
         let (scene, settings) = self.base.applied(self.scene, &self.settings);
         let (start, from) = (now(), self.spent());
-        let budget = self.at(1.0).saturating_duration_since(start);
+        let budget = self.at(COSTS).saturating_duration_since(start);
         let bench = Bench { scene: &scene, observer, stopwatch, now, start, budget };
         match bench.run(&settings, &mut ProgressRange { listener, from, to: 1.0 }) {
             Ok(costs) => {

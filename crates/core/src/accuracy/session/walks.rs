@@ -1,100 +1,115 @@
-//! Combinations of rungs that are worth their time: found by steps from what rungs are put on, and measured again.
+//! Combinations of rungs that are worth their time: found by steps from what rungs are put on, and measured on more tiles.
 
 use super::super::Listener;
-use super::super::answer::answer;
-use super::super::frontier::{Point, Steps, pareto, walk};
+use super::super::answer::{Contestant, answer, is_sound};
+use super::super::frontier::{Direction, Point, Steps, Surveyor, pareto, walk};
 use super::super::measurements::Measurements;
+use super::super::renderer::Exposure;
 use super::super::report::{Answer, Candidate};
 use super::super::setting::Setting;
+use super::plan::Plan;
 use super::{AGAIN, Session, WALKS};
-use crate::denoise;
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
 
-/// Rounds that a step of a walk takes, and that a candidate is measured again.
-const STEP_ROUNDS: u64 = 2;
-/// Random numbers of candidates that are measured again begin here.
-const FRESH: u64 = 1 << 32;
+/// More tiles are added by so many times those that there are.
+const GROWTH: f64 = 1.3;
+/// Settings that are measured on more tiles, by what they promise.
+const MOST_AGAIN: usize = 8;
 
-impl Session<'_> {
-    /// The settings that none measured beats, each with what it does with other random numbers where there is time for that, and what they
-    /// say first of all.
-    pub fn frontier(
-        &mut self,
-        measurements: &mut Measurements<'_>,
-        listener: &mut dyn Listener,
-    ) -> Result<(Vec<Candidate>, Answer), PrepareError> {
-        let is_possible = |setting: &Setting| {
-            let (_, settings) = setting.applied(self.scene, &self.settings);
-            !settings.denoise || denoise::is_possible(settings.sampling)
-        };
-        let mut known = self.walked(measurements, &is_possible, listener)?;
-        known.extend(self.rounds_of().into_iter().filter(|setting| is_possible(setting)));
-        let own = Setting::default();
-        let mut chosen = unbeaten(known.clone(), |setting| measurements.point(setting));
-        // The best of many is partly the luckiest: what it does with other random numbers counts.
-        let mut again = Measurements::new(measurements.studio, measurements.truth);
-        for round in FRESH..FRESH + STEP_ROUNDS {
-            for setting in [&own].into_iter().chain(chosen.iter().filter(|setting| **setting != own)) {
-                listener.step(&format!("once more: {setting}"), self.spent());
-                self.cut_short |= !again.take(setting, round, self.at(AGAIN))?;
-            }
-        }
-        let has_all = again.point(&own).is_some() && chosen.iter().all(|setting| again.point(setting).is_some());
-        let last = if has_all { &again } else { &*measurements };
-        chosen = unbeaten(chosen, |setting| last.point(setting));
-        let candidate = |setting: &Setting| Some(Candidate { flags: setting.flags(), measured: last.measured(setting, &own)? });
-        let best = |setting: Setting| {
-            let cost = again.relative_cost(&setting, &own).or_else(|| measurements.relative_cost(&setting, &own))?;
-            Some((setting, cost))
-        };
-        let answer = answer(known.into_iter().filter_map(best));
-        Ok((chosen.iter().filter_map(candidate).collect(), answer))
+/// A walk through a session's measurements.
+struct Survey<'s, 'a, 'm> {
+    session: &'s Session<'a>,
+    plan: &'s Plan,
+    measurements: &'s mut Measurements<'m>,
+    listener: &'s mut dyn Listener,
+    failed: Option<PrepareError>,
+}
+
+impl Surveyor for Survey<'_, '_, '_> {
+    fn is_possible(&self, setting: &Setting) -> bool {
+        self.session.is_possible(setting)
     }
 
-    /// Combinations that steps lead to.
-    fn walked(
-        &self,
+    fn measure(&mut self, setting: &Setting) -> Option<Point> {
+        let Self { session, plan, measurements, listener, failed } = self;
+        listener.step(&format!("together: {setting}"), session.spent());
+        let tiles = session.tiles_of(setting, plan.tiles, measurements.sample);
+        match measurements.measure(setting, (tiles, session.rounds(setting)), None, false, session.at(WALKS)) {
+            Ok(true) => session.point(setting, measurements),
+            Ok(false) => None,
+            Err(error) => {
+                *failed = Some(error);
+                None
+            }
+        }
+    }
+
+    fn is_beyond(&self, setting: &Setting, other: &Setting, direction: Direction) -> bool {
+        let Some(cost) = self.measurements.relative(setting, other) else { return false };
+        let is_better = match direction {
+            Direction::Faster => cost.time.high < 1.0,
+            Direction::MoreExact => cost.error.high < 1.0 && cost.error.low > 0.0,
+        };
+        is_better && self.session.is_sound(setting, self.measurements)
+    }
+}
+
+impl Session<'_> {
+    /// Every setting that was measured, those included that steps lead to.
+    pub(super) fn walks(
+        &mut self,
+        plan: &Plan,
         measurements: &mut Measurements<'_>,
-        is_possible: &dyn Fn(&Setting) -> bool,
         listener: &mut dyn Listener,
     ) -> Result<Vec<Setting>, PrepareError> {
         let steps: Vec<Steps> = self.pictured.iter().filter_map(|&ladder| self.steps(ladder, measurements)).collect();
-        let Some(start) = measurements.point(&self.base) else { return Ok(Vec::new()) };
-        let (mut failed, end) = (None, self.at(WALKS));
-        let found = walk(&steps, (&self.base, start), is_possible, &mut |setting| {
-            listener.step(&format!("together: {setting}"), self.spent());
-            for round in 0..STEP_ROUNDS {
-                match measurements.take(setting, round, end) {
-                    Ok(true) => {}
-                    Ok(false) => return None,
-                    Err(error) => {
-                        failed = Some(error);
-                        return None;
-                    }
-                }
+        let mut failed = None;
+        for start in [Setting::default(), self.base.clone()] {
+            let Some(point) = self.point(&start, measurements) else { continue };
+            let steps = self.from(&start, &steps);
+            let mut survey = Survey { session: self, plan, measurements, listener, failed: None };
+            walk(&steps, (&start, point), &mut survey);
+            failed = failed.or(survey.failed);
+            if start == self.base {
+                break;
             }
-            measurements.point(setting)
-        });
-        failed.map_or(Ok(found.into_iter().map(|(setting, _)| setting).collect()), Err)
+        }
+        failed.map_or_else(|| Ok(measurements.settings()), Err)
     }
 
-    /// What is known of a ladder's rungs, as far as they were measured; none where the scene's own has no place among them.
+    /// The steps of a walk that begins at a setting.
+    fn from(&self, start: &Setting, steps: &[Steps]) -> Vec<Steps> {
+        let at = |steps: &Steps| {
+            let chosen = start.rung(steps.ladder);
+            let place = steps.rungs.iter().position(|(rung, _)| *rung == chosen)?;
+            Some(Steps { start: place, ..steps.clone() })
+        };
+        steps.iter().filter_map(at).collect()
+    }
+
+    /// What is known of a ladder's rungs, as far as they were measured and may be advised; none where the scene's own has no place among them.
     ///
     /// What a rung gets wrong is its difference to the ladder's most exact one with the same random numbers: beside the error of
     /// few samples it would not be seen, and yet decide what many are worth.
     fn steps(&self, ladder: Ladder, measurements: &Measurements<'_>) -> Option<Steps> {
         let in_use = ladder.in_use(self.scene, &self.settings);
-        let exact = self.most_exact(ladder);
+        let (exact, beside) = (self.most_exact(ladder), self.beside(ladder));
         let point = |setting: &Setting| {
-            let point = measurements.point(setting)?;
-            let error = if ladder.shares_random_numbers() { measurements.paired(setting, &exact)?.relative } else { point.error };
+            let point = self.point(setting, measurements)?;
+            if !ladder.shares_random_numbers() {
+                return Some(point);
+            }
+            let pair = if *setting == beside { &exact } else { setting };
+            let error = if *setting == exact { 0.0 } else { measurements.alone(pair)?[1].value };
             Some(Point { error, ..point })
         };
-        let own = point(&self.beside(ladder))?;
+        let own = point(&beside)?;
         let mut rungs = Vec::new();
-        for choice in ladder.choices().filter(|choice| choice.rung() != in_use) {
-            rungs.extend(point(&self.setting(choice)).map(|point| (Some(choice), point)));
+        for choice in self.choices_of(ladder).filter(|choice| choice.rung() != in_use) {
+            let setting = self.setting(choice);
+            let is_step = ladder == Ladder::Reconstruction || self.is_sound(&setting, measurements);
+            rungs.extend(point(&setting).filter(|_| is_step).map(|point| (Some(choice), point)));
         }
         let below = |choice: &Choice| match (choice.rung().parse::<u32>(), in_use.parse::<u32>()) {
             (Ok(rung), Ok(own)) => Some(rung < own),
@@ -108,19 +123,107 @@ impl Session<'_> {
             place += usize::from(choice.as_ref().map_or(Some(false), below)?);
         }
         rungs.insert(place, (None, own));
-        let start = match self.base.rung(ladder) {
-            Some(choice) => rungs.iter().position(|(rung, _)| *rung == Some(choice))?,
-            None => place,
-        };
-        Some(Steps { ladder, rungs, start })
+        Some(Steps { ladder, rungs, start: place })
     }
-}
 
-/// Those that were measured and that no other one beats, simple settings before others where both are worth the same.
-fn unbeaten(mut settings: Vec<Setting>, point: impl Fn(&Setting) -> Option<Point>) -> Vec<Setting> {
-    settings.sort_by_key(|setting| setting.flags().len());
-    let known: Vec<(Setting, Point)> =
-        settings.into_iter().filter_map(|setting| point(&setting).map(|point| (setting, point))).collect();
-    let points: Vec<_> = known.iter().map(|(_, point)| *point).collect();
-    pareto(&points).into_iter().map(|i| known[i].0.clone()).collect()
+    fn point(&self, setting: &Setting, measurements: &Measurements<'_>) -> Option<Point> {
+        let measured = measurements.measured(setting, setting)?;
+        // A clock may be too coarse for a tiny picture.
+        Some(Point { time: measured.seconds.value.max(1e-9), error: measured.errors.relmse.value })
+    }
+
+    fn is_sound(&self, setting: &Setting, measurements: &Measurements<'_>) -> bool {
+        let of = |setting: &Setting| measurements.measured(setting, setting);
+        of(setting).zip(of(&Setting::default())).is_some_and(|(measured, own)| is_sound(setting, &measured, &own))
+    }
+
+    /// Measures what is worth naming on more tiles, chunk by chunk, or where all of them were measured with more random numbers: the best of many
+    /// is partly the luckiest.
+    pub(super) fn again(
+        &mut self,
+        plan: &Plan,
+        known: Vec<Setting>,
+        measurements: &mut Measurements<'_>,
+        exposure: &mut Exposure<'_>,
+        listener: &mut dyn Listener,
+    ) -> Result<(), PrepareError> {
+        let own = Setting::default();
+        let mut chosen = vec![own.clone()];
+        let (answer, mut others) = (self.answer(&known, measurements), self.unbeaten(&known, measurements));
+        let named = [&answer.half_the_error, &answer.same_error].into_iter().flatten().map(|advice| advice.flags.clone());
+        let named: Vec<Vec<String>> = named.collect();
+        others.sort_by_key(|setting| !named.contains(&setting.flags()));
+        chosen.extend(others.into_iter().filter(|setting| *setting != own));
+        chosen.truncate(MOST_AGAIN);
+        let (sample, end) = (measurements.sample, self.at(AGAIN));
+        let cost: f64 = chosen.iter().map(|setting| self.cost(setting, &sample.grid)).sum();
+        // By how much slower it went than the first look said.
+        let spent = self.elapsed();
+        let mut tiles = measurements.known();
+        if sample.is_whole(tiles) {
+            for rounds in (super::plan::ROUNDS + 1..=u64::from(self.effort.rounds)).rev() {
+                let time = plan.tile_sample * cost * tiles as f64 * rounds as f64 / super::plan::ROUNDS as f64;
+                if spent + time < AGAIN * self.effort.budget.as_secs_f64() {
+                    for setting in &chosen {
+                        listener.step(&format!("once more: {setting}"), self.spent());
+                        measurements.measure(setting, (tiles, rounds), None, *setting == own, end)?;
+                    }
+                    break;
+                }
+            }
+            return Ok(());
+        }
+        while tiles < sample.most() {
+            let next = ((tiles as f64 * GROWTH) as usize).clamp(tiles + 1, sample.most());
+            let before = (self.now)();
+            listener.step(&format!("more tiles: {next} of {}", sample.grid.count()), self.spent());
+            self.expose(exposure, measurements, next, end);
+            if measurements.known() < next {
+                break;
+            }
+            for setting in &chosen {
+                let tiles = self.tiles_of(setting, next, sample);
+                if !measurements.measure(setting, (tiles, self.rounds(setting)), None, *setting == own, end)? {
+                    return Ok(());
+                }
+            }
+            tiles = next;
+            // The next ones take longer by as much as there are more of them.
+            if (self.now)() + ((self.now)() - before).mul_f64(GROWTH) > end {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// The settings that none measured beats, and what they say first of all.
+    pub(super) fn frontier(&self, known: &[Setting], measurements: &Measurements<'_>) -> (Vec<Candidate>, Answer) {
+        let chosen = self.unbeaten(known, measurements);
+        let candidates = chosen.iter().filter_map(|setting| self.candidate(setting, measurements));
+        (candidates.collect(), self.answer(known, measurements))
+    }
+
+    fn answer(&self, known: &[Setting], measurements: &Measurements<'_>) -> Answer {
+        let own = Setting::default();
+        let contestant = |setting: &Setting| {
+            let (measured, cost) = (measurements.measured(setting, &own)?, measurements.relative(setting, &own)?);
+            let is_sound = self.is_sound(setting, measurements);
+            Some(Contestant { setting: setting.clone(), measured, cost, is_sound })
+        };
+        answer(known.iter().filter_map(contestant).collect(), self.effort.budget.as_secs_f64())
+    }
+
+    /// Those that were measured, may be advised and that no other one beats, simple settings before others where both are worth the same.
+    fn unbeaten(&self, known: &[Setting], measurements: &Measurements<'_>) -> Vec<Setting> {
+        let mut settings: Vec<Setting> = known
+            .iter()
+            .filter(|setting| **setting == Setting::default() || self.is_sound(setting, measurements))
+            .cloned()
+            .collect();
+        settings.sort_by_key(|setting| setting.flags().len());
+        let known: Vec<(Setting, Point)> =
+            settings.into_iter().filter_map(|setting| self.point(&setting, measurements).map(|point| (setting, point))).collect();
+        let points: Vec<_> = known.iter().map(|(_, point)| *point).collect();
+        pareto(&points).into_iter().map(|i| known[i].0.clone()).collect()
+    }
 }

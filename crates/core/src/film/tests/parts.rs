@@ -22,7 +22,7 @@ use crate::{Observer, Ready};
 
 fn part(ready: &Ready, tile: u32, replicate: u32) -> Film {
     let mut film = ready.film("scene");
-    let part = Part { tiles: tile..tile + 1, step: 1, replicates: replicate..replicate + 1 };
+    let part = Part { tiles: tile..tile + 1, step: 1, replicates: replicate..replicate + 1, among: None };
     ready.render_part(&mut film, &part, &()).unwrap_or_else(|e| panic!("{e}"));
     film
 }
@@ -126,7 +126,7 @@ fn tiles_may_be_ahead_of_others() {
     let mut film = ready.film("scene");
     ready.render_part(&mut film, &first, &()).expect("its own film");
     let before = film.picture();
-    ready.render_part(&mut film, &Part { tiles: 0..1, step: 1, replicates: 1..2 }, &()).expect("its own film");
+    ready.render_part(&mut film, &Part { tiles: 0..1, step: 1, replicates: 1..2, among: None }, &()).expect("its own film");
     for (ahead, before) in film.picture().layers.iter().zip(&before.layers) {
         // The first tile has the first three pixels of a row; the last row belongs to another one.
         assert_eq!(ahead.samples[3..11], before.samples[3..11], "{}", ahead.name);
@@ -180,7 +180,7 @@ fn what_does_not_belong_together_is_refused() {
     let alike = other(|s| (s.accelerator, s.output) = (raywright_bvh::AcceleratorKind::Linear, crate::display::Output::Sixteen));
     assert!(Film::merge(&[a, alike]).is_ok());
     let mut strange = ready(&Settings { seed: 1, ..settings(6) }).film("scene");
-    let refused = own.render_part(&mut strange, &Part { tiles: 0..1, step: 1, replicates: 0..1 }, &());
+    let refused = own.render_part(&mut strange, &Part { tiles: 0..1, step: 1, replicates: 0..1, among: None }, &());
     assert_eq!(refused, Err(PartError::Foreign { part: 0, what: "seed".to_owned() }));
 }
 

@@ -1,6 +1,6 @@
 //! Figures in their cells: a report made by hand, and what its tables and its CSV say of each number.
 
-use raywright_core::accuracy::{Answer, Base, Candidate, EffectCost, EffectCosts, Errors, Reference, RungCost};
+use raywright_core::accuracy::{Answer, Base, EffectCost, EffectCosts, Errors, Reference, RungCost, Tiles};
 use raywright_core::bench::Spread;
 
 use super::super::csv::csv;
@@ -17,8 +17,9 @@ fn interval(value: f64, low: f64, high: f64) -> Interval {
 
 /// Every figure of it is another one.
 fn measured(relmse: Interval, rmse: Interval) -> Measured {
-    let errors = Errors { rmse, relmse, bias: 0.011, noise: Some(0.023), percentile_99_9: 0.77 };
-    Measured { renders: 4, seconds: spread(0.25), ratio: spread(1.75), rays: 12_345, errors, flip: 0.051 }
+    let errors = Errors { rmse, relmse, bias: Some(interval(1.21e-4, 1.0e-4, 1.44e-4)), light: interval(0.919, 0.918, 0.92) };
+    let (seconds, ratio) = (interval(25.0, 22.5, 27.5), interval(1.75, 1.7499, 1.7501));
+    Measured { tiles: 9, renders: 4, seconds, ratio, rays: 12_345, errors, flip: interval(0.051, 0.0508, 0.0512) }
 }
 
 fn seen() -> Measured {
@@ -26,6 +27,7 @@ fn seen() -> Measured {
 }
 
 fn rung_report(name: &str, in_use: bool, measured: Option<Measured>, own_error: Option<f64>) -> RungReport {
+    let own_error = own_error.map(Interval::exact);
     RungReport { rung: name.to_owned(), about: "what it is", in_use, flag: Some(format!("--rung a={name}")), measured, own_error }
 }
 
@@ -54,13 +56,14 @@ pub fn report() -> Report {
         EffectCost { effect: "shadows", seconds_without: spread(0.5), ratio: spread(1.5), rays: 2.25, rmse: 0.0125, flip: 0.25 };
     let costs = EffectCosts { size: [64, 36], seconds: spread(0.75), effects: vec![cost], late: vec!["sky"] };
     Report {
-        size: [64, 36],
-        full_size: [640, 360],
-        reference: Reference { samples: 64, rungs: vec![], standard_error: 0.001, seconds: 3.0, kept: false },
+        size: [640, 360],
+        tiles: Tiles { edge: 32, measured: 9, all: 240, shown: [0, 0] },
+        reference: Reference { samples: 64, rungs: vec![], tiles: 9, standard_error: 0.001, seconds: 3.0, kept: false },
         answer: Answer::default(),
         own: seen(),
         base: None,
         ladders: vec![LadderReport { ladder: "a", in_use: "plain".to_owned(), rungs }],
+        combinations: vec![],
         prices: vec![PriceReport {
             ladder: "accelerator",
             in_use: "tree".to_owned(),
@@ -87,20 +90,24 @@ fn words(text: &str, start: &str) -> String {
 /// upper end.
 #[test]
 fn intervals_are_shown_by_root_and_end() {
-    assert_eq!(root(&interval(0.09, 0.04, 0.16)), "0.3");
+    assert_eq!(root(&interval(0.09, 0.04, 0.16)), "0.3 (0.2 to 0.4)");
+    assert_eq!(
+        (root(&interval(0.09, 0.08, 0.1)), root(&interval(0.09, 0.0899, 0.0901))),
+        ("0.3 ±6 %".to_owned(), "0.3".to_owned())
+    );
     assert_eq!(root(&interval(0.01, 0.0, 0.04)), "<0.2");
 }
 
-/// Protects: each figure of a rung in its column: time at the scene's own size, a hundred times as large here, with its spread, the ratio, the
-/// root of relMSE, bias, FLIP, and what it gets wrong alone; no bias where the error is lost in noise.
+/// Protects: each figure of a rung in its column: time, the ratio, the roots of relMSE and bias, light, FLIP, and what it gets wrong alone, each with
+/// what it may be off by: nothing within the last digit, a share, or ends that are far away; and settings of several rungs below.
 #[test]
 fn figures_of_rungs() {
     let mut report = report();
     let text = rungs(&report);
-    assert_eq!(words(&text, "time"), "time x in use error bias FLIP alone");
-    assert_eq!(words(&text, "as it is"), "as it is 25.0 s ±10 % 1.75 0.3 0.011 0.051");
-    assert_eq!(words(&text, "quick"), "quick 25.0 s ±10 % 1.75 0.3 0.011 0.051 0.067");
-    assert_eq!(words(&text, "plain *"), "plain * 25.0 s ±10 % 1.75 <0.2 0.051");
+    assert_eq!(words(&text, "time"), "time x in use error bias light FLIP alone");
+    assert_eq!(words(&text, "as it is"), "as it is 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051");
+    assert_eq!(words(&text, "quick"), "quick 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051 0.067");
+    assert_eq!(words(&text, "plain *"), "plain * 25.0 s ±10 % 1.75 <0.2 0.011 ±9 % -8.1 % 0.051");
     assert_eq!(words(&text, "no time for"), "no time for: a=exact");
     assert_eq!(late("b", [("x", true), ("y", true)].into_iter()).as_deref(), Some("b"));
     assert_eq!(late("b", [("x", true), ("y", false), ("z", true)].into_iter()).as_deref(), Some("b=x, b=z"));
@@ -108,11 +115,17 @@ fn figures_of_rungs() {
     assert!(!text.contains("slower and worse") && !text.contains("below:"), "{text}");
     report.base = Some(Base { samples: 16, measured: seen() });
     let quick = report.ladders[0].rungs[0].measured.as_mut().expect("figures");
-    (quick.ratio, quick.errors.relmse.value) = (spread(1.9), 0.1);
+    (quick.ratio, quick.errors.relmse.value) = (Interval::exact(1.9), 0.1);
     let text = rungs(&report);
-    assert_eq!(words(&text, "below: 16 samples"), "below: 16 samples 25.0 s ±10 % 1.75 0.3 0.011 0.051");
+    assert_eq!(words(&text, "below: 16 samples"), "below: 16 samples 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051");
     assert_eq!(words(&text, "slower and worse"), "slower and worse than what is in use: a=quick");
     assert!(!text.contains("  quick"), "{text}");
+    report.combinations =
+        vec![Candidate { flags: vec!["--rung samples=4".to_owned(), "--rung clamp=1".to_owned()], measured: seen() }];
+    let text = rungs(&report);
+    let last = text.lines().last().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
+    let figures = "25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051 --rung samples=4 --rung clamp=1";
+    assert_eq!(last.as_deref(), Some(figures), "{text}");
 }
 
 /// Protects: the answer comes first, and the settings worth their time before everything else, each with its flags alone: what all commands
@@ -128,16 +141,20 @@ fn what_to_do_comes_first() {
     let document = Document::new(&loaded, &asked, &settings, 1, &report);
     let text = table(&document);
     let lines: Vec<&str> = text.lines().collect();
-    assert!(lines[1].starts_with("In use: error 0.3, 25.0 s of CPU time."), "{text}");
+    assert!(lines[1].starts_with("In use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time."), "{text}");
     let place =
         |words: &str| lines.iter().position(|line| line.contains(words)).unwrap_or_else(|| panic!("no {words} in {text}"));
-    assert!(place("worth their time") < place("rendered at") && place("rendered at") < place("* in use"), "{text}");
+    assert!(
+        place("worth their time") < place("measured as it is rendered")
+            && place("measured as it is rendered") < place("* in use"),
+        "{text}"
+    );
     assert_eq!(text.matches("raywright render").count(), 1, "{text}");
-    let row = |line: &&str| line.split_whitespace().collect::<Vec<_>>().join(" ") == "25.0 s 1.75 0.3 --spp 4";
+    let row = |line: &&str| line.split_whitespace().collect::<Vec<_>>().join(" ") == "25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) --spp 4";
     assert_eq!(lines.iter().filter(|line| row(line)).count(), 1, "{text}");
 }
 
-/// Protects: page and plot have times at the scene's own size, too, a line for what is slower and worse, an arrow for what is only known to be
+/// Protects: page and plot have the table's numbers, a line for what is slower and worse, an arrow for what is only known to be
 /// smaller than something, and the numbers of the table in the plot.
 #[test]
 fn the_page_says_the_same() {
@@ -151,13 +168,13 @@ fn the_page_says_the_same() {
     let rungs = &mut report.ladders[0].rungs;
     let mut slow = rungs[0].clone();
     slow.rung = "slow".to_owned();
-    slow.measured.iter_mut().for_each(|of| (of.ratio, of.errors.relmse.value) = (spread(1.9), 0.1));
+    slow.measured.iter_mut().for_each(|of| (of.ratio, of.errors.relmse.value) = (Interval::exact(1.9), 0.1));
     rungs.push(slow);
     let document = Document::new(&loaded, &[], &settings, 1, &report);
     let page = document.text(super::super::file::Kind::Html);
     for words in [
-        "<p class=\"answer\">In use: error 0.3, ",
-        "<td>25.0 s ±10 %</td><td>1.75</td><td>0.300</td>",
+        "<p class=\"answer\">In use: error 0.3 (0.2 to 0.4), ",
+        "<td>25.0 s ±10 %</td><td>1.75</td><td>0.300 (0.200 to 0.400)</td>",
         "<td>(1)</td><td class=\"text\"><code>--spp 4</code></td>",
         "<p>Slower and worse than what is in use: a=slow.</p>",
         "<p>No time for: a=exact.</p>",
@@ -178,8 +195,8 @@ fn figures_of_prices_files_and_effects() {
     let report = report();
     let text = prices(&report);
     assert_eq!(words(&text, "no picture changes"), "no picture changes time x in use preparing memory");
-    assert_eq!(words(&text, "tree *"), "tree * 3 min 20 s ±10 % 1.25 500 ms 3 MiB");
-    assert_eq!(words(&text, "scan"), "scan 3 min 20 s ±10 % 1.25 500 ms 3 MiB; OTHER PICTURE");
+    assert_eq!(words(&text, "tree *"), "tree * 2.00 s ±10 % 1.25 500 ms 3 MiB");
+    assert_eq!(words(&text, "scan"), "scan 2.00 s ±10 % 1.25 500 ms 3 MiB; OTHER PICTURE");
     assert_eq!(words(&text, "no time for"), "no time for: accelerator=boxes");
     let text = files(&report);
     assert_eq!(words(&text, "what a file keeps"), "what a file keeps bytes a pixel coding RMSE greatest FLIP clipped");
@@ -213,21 +230,24 @@ fn figures_in_csv() {
         ("plain", "in_use", "true"),
         ("quick", "flags", "--rung a=quick"),
         ("quick", "renders", "4"),
-        ("quick", "seconds", "0.25"),
-        ("quick", "seconds_lower_quartile", "0.225"),
-        ("quick", "seconds_upper_quartile", "0.275"),
+        ("quick", "seconds", "25"),
+        ("quick", "seconds_low", "22.5"),
+        ("quick", "seconds_high", "27.5"),
+        ("quick", "tiles", "9"),
+        ("quick", "ratio_high", "1.7501"),
         ("quick", "ratio", "1.75"),
         ("quick", "rays", "12345"),
         ("quick", "rmse", "0.35"),
         ("quick", "rmse_low", "0.3"),
         ("quick", "rmse_high", "0.4"),
-        ("quick", "bias", "0.011"),
-        ("quick", "noise", "0.023"),
+        ("quick", "bias", "0.000121"),
+        ("quick", "bias_high", "0.000144"),
+        ("quick", "light", "0.919"),
+        ("quick", "light_low", "0.918"),
         ("quick", "relmse", "0.09"),
         ("quick", "relmse_low", "0.04"),
         ("quick", "relmse_high", "0.16"),
         ("quick", "flip", "0.051"),
-        ("quick", "percentile_99_9", "0.77"),
         ("quick", "own_error", "0.067"),
         ("exact", "seconds", ""),
         ("tree", "preparing_seconds", "0.5"),

@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+"""Follows the advice of `raywright accuracy`: every setting that it names is rendered whole with other seeds and compared with the truth.
+
+    python -m venv venv && venv/bin/pip install numpy OpenEXR
+    venv/bin/python benches/advice.py target/release/raywright FOLDER SCENE[@SPP][@WxH].. [--budgets 20s,60s] [--seeds 3] [--truth 4096]
+
+For each scene and budget: the setting in use, and each setting of the first sentence, with the error that was printed, its interval, the true
+error (root of the mean relMSE of renders with other seeds), CPU time printed and measured, and how much light the setting changes.
+Truths stay in FOLDER: two renders of half of the samples each at the settings in use, so that what a picture differs from the one by, times
+what it differs from the other by, is free of their noise. What only a longer path or a more exact formula would show is no part of them.
+"""
+import argparse, json, pathlib, re, resource, shlex, subprocess, time
+import numpy as np
+import OpenEXR
+
+def channels(path, name):
+    with OpenEXR.File(str(path)) as file:
+        return np.array(file.channels()[name].pixels, dtype=np.float64)[..., :3]
+
+def cpu():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+def flags(rungs):
+    """Rungs that ask for a setting, as words."""
+    return [word for rung in rungs for word in rung.split()]
+
+def own_rungs(spp):
+    return [f'--rung samples={spp}'] if spp else []
+
+def joined(own, setting):
+    chosen = {rung.split('=')[0] for rung in setting}
+    return [rung for rung in own if rung.split('=')[0] not in chosen] + setting
+
+def follow(a, spec, budget):
+    """Rows of the table, and the settings that were measured."""
+    scene, *rest = spec.split('@')
+    size = next((word for word in rest if 'x' in word), None)
+    spp = next((word for word in rest if 'x' not in word), None)
+    base = [scene] + (['--size', size] if size else [])
+    name = re.sub(r'\W', '-', f"{pathlib.Path(scene.removeprefix('preset:')).name.removesuffix('.scene.toml')}-{spp or 'own'}-{size or 'own'}")
+    begun = time.monotonic()
+    run = subprocess.run([a.program, 'accuracy', *base, *flags(own_rungs(spp)), '--budget', budget, '--json', '-q'], capture_output=True, text=True)
+    wall = time.monotonic() - begun
+    if run.returncode:
+        print(f'| {name} | {budget} | {run.stderr.strip()} |', flush=True)
+        return None
+    report = json.loads(run.stdout)
+    (a.folder / f'{name}-{budget}.json').write_text(run.stdout)
+    truths = [a.folder / f'{name}-truth{k}.exr' for k in (1, 2)]
+    for k, truth in enumerate(truths):
+        if not truth.exists():
+            subprocess.run([a.program, 'render', *base, '--spp', str(a.truth // 2), '--seed', str(900001 + k), '-q', '-o', truth], check=True)
+    one, other = (channels(truth, 'RGB') for truth in truths)
+    weight = 1 / ((np.maximum(one + other, 0) / 2) ** 2 + .01)
+    advised = [('in use', [], report['own'])]
+    for kind, key in (('half', 'half_the_error'), ('same', 'same_error')):
+        advice = report['answer'][key]
+        if advice and advice['flags'] not in [rungs for _, rungs, _ in advised]:
+            advised.append((kind, advice['flags'], advice['measured']))
+    own_time = None
+    for kind, rungs, told in advised:
+        errors, lights, times = [], [], []
+        for seed in range(a.seeds):
+            scratch, before = a.folder / 'scratch.exr', cpu()
+            run = subprocess.run([a.program, 'render', *base, *flags(joined(own_rungs(spp), rungs)), '--seed', str(7000 + seed), '-o', scratch, '--stats', a.folder / 'stats.json', '-q'], check=True)
+            times.append(json.loads((a.folder / 'stats.json').read_text()).get('cpu_seconds') or cpu() - before)
+            denoised = any('denoised' in rung for rung in rungs)
+            picture = channels(scratch, 'denoised' if denoised else 'RGB')
+            errors.append(((picture - one) * (picture - other) * weight).mean()); lights.append(picture.sum() / ((one + other) / 2).sum() - 1)
+        true, true_time, light = np.sqrt(max(np.mean(errors), 0)), np.median(times), np.mean(lights)
+        relmse, seconds = told['errors']['relmse'], told['seconds']
+        value, low, high = (max(relmse[k], 0) ** .5 for k in ('value', 'low', 'high'))
+        ratio = told['ratio']['value'] or 1
+        own_time = own_time or true_time
+        print(f"| {name} | {budget} | {kind} | {' '.join(rungs).replace('--rung ', '') or 'as it is'} | {value:.4f} ({low:.4f} to {high:.4f}) | {true:.4f} | "
+              f"{'yes' if low <= true <= high else 'NO'} | {value / true - 1:+.0%} | {seconds['value']:.2f} / {true_time:.2f} | {ratio:.2f} / {true_time / own_time:.2f} | {light:+.2%} |", flush=True)
+    settings = sum(rung['measured'] is not None for ladder in report['ladders'] for rung in ladder['rungs']) + len(report['combinations'])
+    needs = [report['answer'][key] for key in ('half_needs', 'same_needs')]
+    needs = ', '.join(f'{kind} may need {need:.0f} s' for kind, need in zip(('half', 'same'), needs) if need)
+    print(f"| {name} | {budget} | | {settings} settings, {report['tiles']['measured']} of {report['tiles']['all']} tiles, {wall:.1f} s{'; ' + needs if needs else ''} |", flush=True)
+
+if __name__ == '__main__':
+    p = argparse.ArgumentParser(); p.add_argument('program'); p.add_argument('folder', type=pathlib.Path); p.add_argument('scenes', nargs='+')
+    p.add_argument('--budgets', default='20s,60s'); p.add_argument('--seeds', type=int, default=3); p.add_argument('--truth', type=int, default=4096); a = p.parse_args()
+    a.folder.mkdir(parents=True, exist_ok=True)
+    print('| scene | budget | what | setting | error told | true | holds | off by | CPU s told / true | x in use told / true | light |\n|---|---|---|---|---|---|---|---|---|---|---|')
+    for scene in a.scenes:
+        for budget in a.budgets.split(','): follow(a, scene, budget)

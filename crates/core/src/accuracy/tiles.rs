@@ -1,0 +1,218 @@
+//! The parts of the picture that are measured: tiles drawn with known probabilities, and what they say of the whole.
+//!
+//! A tile's chance grows with the noise that a first look saw in it, and no tile has less than half of an even chance. Tiles are ordered once
+//! by a number of their own over that chance (sequential Poisson sampling: Ohlsson, "Sequential Poisson Sampling", 1998), so that the first n are
+//! a sample for every n, and more time adds tiles. The numbers are multiples of the golden ratio along rows that turn at their ends: a sample
+//! is spread evenly over the picture.
+
+use super::estimate::Interval;
+use crate::hash::mix;
+use crate::metrics::student_95;
+use crate::settings::Crop;
+
+/// Multiples of it, less their whole parts, are spread evenly.
+const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
+
+/// Share of the chance that all tiles have by their area.
+const EVEN: f64 = 0.5;
+
+/// How the picture is divided, row by row as films number tiles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Grid {
+    pub size: [u32; 2],
+    /// Of a tile, in pixels.
+    pub edge: u32,
+    /// Which tiles are drawn.
+    pub seed: u64,
+}
+
+impl Grid {
+    fn columns(&self) -> u32 {
+        self.size[0].div_ceil(self.edge)
+    }
+
+    pub fn count(&self) -> usize {
+        (self.columns() * self.size[1].div_ceil(self.edge)) as usize
+    }
+
+    pub fn tile(&self, index: u32) -> Crop {
+        let (x, y) = (index % self.columns() * self.edge, index / self.columns() * self.edge);
+        Crop { x, y, width: self.edge.min(self.size[0] - x), height: self.edge.min(self.size[1] - y) }
+    }
+
+    pub fn pixels(&self, index: u32) -> f64 {
+        let Crop { width, height, .. } = self.tile(index);
+        f64::from(width) * f64::from(height)
+    }
+
+    /// A tile with so many pixels around it, as far as the picture goes.
+    pub fn around(&self, index: u32, margin: u32) -> Crop {
+        let Crop { x, y, width, height } = self.tile(index);
+        let (left, top) = (x.saturating_sub(margin), y.saturating_sub(margin));
+        let end = |at: u32, edge: u32, all: u32| (at + edge + margin).min(all);
+        Crop { x: left, y: top, width: end(x, width, self.size[0]) - left, height: end(y, height, self.size[1]) - top }
+    }
+
+    /// The numbers of all tiles by which they are drawn, evenly spread from 0 to 1 in every neighbourhood.
+    fn keys(&self) -> Vec<f64> {
+        let start = mix(self.seed) as f64 / 2_f64.powi(64);
+        let place = |index: u32| {
+            let (x, y) = (index % self.columns(), index / self.columns());
+            y * self.columns() + if y % 2 == 0 { x } else { self.columns() - 1 - x }
+        };
+        (0..self.count() as u32).map(|index| (start + f64::from(place(index)) * GOLDEN_RATIO).fract()).collect()
+    }
+
+    /// All tiles in an order of which every beginning is spread evenly.
+    pub fn spread(&self) -> Vec<u32> {
+        let keys = self.keys();
+        let mut all: Vec<u32> = (0..self.count() as u32).collect();
+        all.sort_by(|&a, &b| keys[a as usize].total_cmp(&keys[b as usize]));
+        all
+    }
+}
+
+/// What a first look saw of a tile.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Look {
+    pub tile: u32,
+    /// Seconds of all threads.
+    pub seconds: f64,
+    /// Sum of its pixels' relative variances.
+    pub noise: f64,
+}
+
+/// The order in which tiles are drawn.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    pub grid: Grid,
+    /// What was looked at, in the order in which it is drawn.
+    pub order: Vec<Look>,
+    /// Chance of each in that order, in all one.
+    share: Vec<f64>,
+}
+
+impl Sample {
+    /// Of the tiles that were looked at, which are the first ones of [`Grid::spread`].
+    pub fn new(grid: Grid, looks: &[Look]) -> Self {
+        let keys = grid.keys();
+        let area = |look: &Look| grid.pixels(look.tile);
+        let [areas, noise] = [looks.iter().map(area).sum::<f64>(), looks.iter().map(|look| look.noise).sum()];
+        let even = if noise > 0.0 { EVEN } else { 1.0 };
+        let share = |look: &Look| even * area(look) / areas + (1.0 - even) * look.noise / noise.max(1e-300);
+        let mut all: Vec<(Look, f64)> = looks.iter().map(|look| (*look, share(look))).collect();
+        all.sort_by(|(a, p), (b, q)| (keys[a.tile as usize] / p).total_cmp(&(keys[b.tile as usize] / q)));
+        let (order, share) = all.into_iter().unzip();
+        Self { grid, order, share }
+    }
+
+    /// Tiles that there are to draw.
+    pub fn most(&self) -> usize {
+        self.order.len()
+    }
+
+    /// Whether so many tiles are the whole picture.
+    pub fn is_whole(&self, count: usize) -> bool {
+        count >= self.grid.count()
+    }
+
+    /// Chances with which the first so many were drawn.
+    pub fn chances(&self, count: usize) -> Vec<f64> {
+        let looked = self.most() as f64 / self.grid.count() as f64;
+        let count = count.min(self.most());
+        if count == self.most() {
+            return vec![looked; count];
+        }
+        // Where a multiple of a share is above one, the others have more of what is left.
+        let (mut certain, mut factor) = (vec![false; self.most()], count as f64);
+        loop {
+            let (mut left, mut rest) = (count as f64, 0.0);
+            for (share, certain) in self.share.iter().zip(&mut certain) {
+                *certain |= share * factor >= 1.0;
+                if *certain { left -= 1.0 } else { rest += share }
+            }
+            let next = if rest > 0.0 { left.max(0.0) / rest } else { 0.0 };
+            if next <= factor * (1.0 + 1e-12) {
+                break;
+            }
+            factor = next;
+        }
+        let chance = |(share, certain): (&f64, bool)| if certain { 1.0 } else { (share * factor).min(1.0) };
+        self.share.iter().zip(certain).take(count).map(|of| looked * chance(of)).collect()
+    }
+}
+
+/// What one tile adds to the two sides of a ratio, in pieces that are independent of each other, and its chance.
+#[derive(Clone, Debug)]
+pub(super) struct Share<'a> {
+    pub chance: f64,
+    pub above: &'a [f64],
+    pub below: &'a [f64],
+    /// Variance that the numerator has by the reference's noise alone.
+    pub doubt: f64,
+}
+
+impl Share<'_> {
+    /// What is above less so many times what is below, and the variance that its pieces say.
+    fn residual(&self, ratio: f64) -> (f64, f64) {
+        let sum = |of: &[f64]| of.iter().sum::<f64>();
+        let total = sum(self.above) - ratio * sum(self.below);
+        if self.above.len() != self.below.len() || self.above.len() < 2 {
+            return (total, 0.0);
+        }
+        let pieces: Vec<f64> = self.above.iter().zip(self.below).map(|(a, b)| a - ratio * b).collect();
+        let steps: f64 = pieces.windows(2).map(|pair| (pair[0] - pair[1]) * (pair[0] - pair[1])).sum();
+        let n = pieces.len() as f64;
+        (total, n / (2.0 * (n - 1.0)) * steps)
+    }
+}
+
+/// The ratio of two totals of the whole picture as tiles tell it (Hájek, "Comment on a Paper by D. Basu", 1971), with its standard error and
+/// Student's factor. Of the error a part is due to which tiles were drawn, and the rest to noise within those that were. None where the
+/// denominator is nothing.
+pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
+    let total = |of: fn(&Share<'_>) -> f64| shares.iter().map(|share| of(share) / share.chance).sum::<f64>();
+    let (above, below) = (total(|share| share.above.iter().sum()), total(|share| share.below.iter().sum()));
+    if !(below > 0.0 && above.is_finite()) {
+        return None;
+    }
+    let ratio = above / below;
+    let (mut drawn, mut within, mut squares, mut count) = (0.0, 0.0, 0.0, 0);
+    for share in shares {
+        let (residual, variance) = share.residual(ratio);
+        let part = (1.0 - share.chance).max(0.0) * (residual / share.chance).powi(2);
+        drawn += part;
+        squares += part * part;
+        within += variance / share.chance;
+        count += usize::from(share.chance < 1.0);
+    }
+    if count == 1 {
+        return Some((ratio, f64::INFINITY, f64::INFINITY));
+    }
+    // Where few tiles have most of the spread, they are few.
+    let (freedom, correction) = match count {
+        0 => (f64::INFINITY, 0.0),
+        n => ((3.0 * drawn * drawn / squares.max(1e-300)).min(n as f64 - 1.0).max(1.0), n as f64 / (n as f64 - 1.0)),
+    };
+    let (drawn, error) = (drawn * correction, (drawn * correction + within).sqrt() / below);
+    // Welch and Satterthwaite: noise within tiles is known well.
+    let freedom = freedom * ((drawn + within) / drawn.max(1e-300)).powi(2);
+    Some((ratio, error, student_95(freedom.min(1e6) as u32)))
+}
+
+/// The same as an interval. It is one of factors: what is left of a sum of a few large parts reaches farther up than down. What can't be
+/// told from the reference's noise begins at zero.
+pub(super) fn ratio(shares: &[Share<'_>]) -> Interval {
+    let Some((value, error, factor)) = estimate(shares) else { return Interval { value: 0.0, low: 0.0, high: f64::INFINITY } };
+    let below: f64 = shares.iter().map(|share| share.below.iter().sum::<f64>() / share.chance).sum();
+    let doubt = shares.iter().map(|share| share.doubt / (share.chance * share.chance)).sum::<f64>().sqrt() / below;
+    if value <= student_95(u32::MAX) * doubt || value <= 0.0 {
+        let high = value.max(0.0) + factor * error.max(doubt);
+        return Interval { value: value.max(0.0), low: 0.0, high: if error.is_nan() { f64::INFINITY } else { high } };
+    }
+    let spread = libm::exp(factor * error / value);
+    Interval { value, low: value / spread, high: value * spread }
+}
+
+#[cfg(test)]
+mod tests;
