@@ -22,7 +22,7 @@ const LONGEST: f64 = 60.0;
 
 /// A setting beside the scene's own.
 #[derive(Clone, Debug)]
-pub(super) struct Contestant {
+pub(super) struct AdviceCandidate {
     pub setting: Setting,
     pub measured: Measured,
     pub cost: RelativeCost,
@@ -44,15 +44,16 @@ pub(super) fn is_sound(setting: &Setting, measured: &Measured, own: &Measured) -
 }
 
 /// Chooses among measured settings; `budget` in seconds is what they had.
-pub(super) fn answer(mut all: Vec<Contestant>, budget: f64) -> Answer {
+pub(super) fn answer(mut all: Vec<AdviceCandidate>, budget: f64) -> Answer {
     all.retain(|of| of.setting != Setting::default() && of.is_sound);
     // Of settings that take as long, the simpler one.
-    let length = |of: &Contestant| of.setting.choices().len();
+    let length = |of: &AdviceCandidate| of.setting.choices().len();
     all.sort_by(|a, b| a.cost.time.value.total_cmp(&b.cost.time.value).then(length(a).cmp(&length(b))));
     let find = |[value, high]: [f64; 2], most_time: f64| {
-        let promises =
-            |of: &&Contestant| of.cost.error.low > 0.0 && of.cost.error.value <= value * value && of.cost.time.high <= most_time;
-        let holds = |of: &&Contestant| of.cost.error.high <= high * high;
+        let promises = |of: &&AdviceCandidate| {
+            of.cost.error.low > 0.0 && of.cost.error.value <= value * value && of.cost.time.high <= most_time
+        };
+        let holds = |of: &&AdviceCandidate| of.cost.error.high <= high * high;
         let found = all.iter().filter(promises).find(holds);
         let advice = found.map(|of| Advice {
             flags: of.setting.flags(),

@@ -9,7 +9,7 @@ use super::estimate::{Errors, Interval, TileErrors, TruthTile, light};
 use super::renderer::{MARGIN, Renderer, TimedRender, Unfinished};
 use super::report::{Measured, RungCost};
 use super::setting::Setting;
-use super::tiles::{Sample, Share, ratio};
+use super::tiles::{Share, TileSample, ratio};
 use crate::bench::Spread;
 use crate::display::Display;
 use crate::ladder::Ladder;
@@ -64,14 +64,14 @@ pub(super) struct RelativeCost {
 
 pub(super) struct Measurements<'a> {
     pub renderer: &'a Renderer<'a>,
-    pub sample: &'a Sample,
+    pub sample: &'a TileSample,
     display: Display,
     truths: Vec<TruthTile>,
     all: Vec<Figures>,
 }
 
 impl<'a> Measurements<'a> {
-    pub fn new(renderer: &'a Renderer<'a>, sample: &'a Sample, display: Display) -> Self {
+    pub fn new(renderer: &'a Renderer<'a>, sample: &'a TileSample, display: Display) -> Self {
         Self { renderer, sample, display, truths: Vec::new(), all: Vec::new() }
     }
 

@@ -7,7 +7,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::estimate::relative_variance;
 use super::setting::{Setting, reference};
-use super::tiles::{Grid, Look};
+use super::tiles::{Grid, PilotPass};
 use super::{MeasureError, Start};
 use crate::bench::clock::Stopwatch;
 use crate::denoise::DenoiseError;
@@ -139,7 +139,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Looks at tiles: what each takes, and how noisy a few samples are.
-    pub fn look(&self, grid: Grid, tiles: &[u32], end: Instant) -> Result<Vec<Look>, Unfinished> {
+    pub fn look(&self, grid: Grid, tiles: &[u32], end: Instant) -> Result<Vec<PilotPass>, Unfinished> {
         let sampling = self.settings.sampling;
         let sampling = if sampling.is_fixed() { sampling } else { Sampling::General(self.look_samples()) };
         let settings = Settings { sampling, replicates: Some(2), denoise: false, ..self.settings.clone() };
@@ -157,7 +157,7 @@ impl<'a> Renderer<'a> {
             Ok(tiles
                 .iter()
                 .zip(&films)
-                .map(|(&tile, (film, seconds))| Look { tile, seconds: *seconds, noise: noise(film) })
+                .map(|(&tile, (film, seconds))| PilotPass { tile, seconds: *seconds, noise: noise(film) })
                 .collect())
         })?
     }

@@ -15,7 +15,7 @@ use super::outputs::outputs;
 use super::renderer::{Exposure, Now, Renderer};
 use super::report::{Base, Candidate, LadderReport, Measured, Reference, Report, RungReport, Shown, Tiles};
 use super::setting::Setting;
-use super::tiles::Sample;
+use super::tiles::TileSample;
 use super::{Effort, KeptReference, Listener, MeasureError, Start};
 use crate::bench::clock::Stopwatch;
 use crate::denoise;
@@ -132,7 +132,7 @@ impl<'a> Session<'a> {
         listener.step("looking how exact it can be", self.spent());
         let reached = self.within_reach(&renderer, grid, &looks).map_err(explained)?;
         let exact = kept.map_or(reached, |kept| Setting::of(&kept.rungs));
-        let sample = Sample::new(grid, &looks);
+        let sample = TileSample::new(grid, &looks);
         let mut plan = self.plan(&sample, pace);
         if let Some(kept) = kept {
             plan.reference_samples = plan.reference_samples.max(kept.film.asked().unwrap_or(0));

@@ -74,7 +74,7 @@ impl Grid {
 
 /// What a first look saw of a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Look {
+pub(super) struct PilotPass {
     pub tile: u32,
     /// Seconds of all threads.
     pub seconds: f64,
@@ -84,23 +84,23 @@ pub(super) struct Look {
 
 /// The order in which tiles are drawn.
 #[derive(Clone, Debug)]
-pub(super) struct Sample {
+pub(super) struct TileSample {
     pub grid: Grid,
     /// What was looked at, in the order in which it is drawn.
-    pub order: Vec<Look>,
+    pub order: Vec<PilotPass>,
     /// Chance of each in that order, in all one.
     share: Vec<f64>,
 }
 
-impl Sample {
+impl TileSample {
     /// Of the tiles that were looked at, which are the first ones of [`Grid::spread`].
-    pub fn new(grid: Grid, looks: &[Look]) -> Self {
+    pub fn new(grid: Grid, looks: &[PilotPass]) -> Self {
         let keys = grid.keys();
-        let area = |look: &Look| grid.pixels(look.tile);
+        let area = |look: &PilotPass| grid.pixels(look.tile);
         let [areas, noise] = [looks.iter().map(area).sum::<f64>(), looks.iter().map(|look| look.noise).sum()];
         let even = if noise > 0.0 { EVEN } else { 1.0 };
-        let share = |look: &Look| even * area(look) / areas + (1.0 - even) * look.noise / noise.max(1e-300);
-        let mut all: Vec<(Look, f64)> = looks.iter().map(|look| (*look, share(look))).collect();
+        let share = |look: &PilotPass| even * area(look) / areas + (1.0 - even) * look.noise / noise.max(1e-300);
+        let mut all: Vec<(PilotPass, f64)> = looks.iter().map(|look| (*look, share(look))).collect();
         all.sort_by(|(a, p), (b, q)| (keys[a.tile as usize] / p).total_cmp(&(keys[b.tile as usize] / q)));
         let (order, share) = all.into_iter().unzip();
         Self { grid, order, share }

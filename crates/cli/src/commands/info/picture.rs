@@ -12,12 +12,12 @@ use crate::failure::Failure;
 use crate::plan;
 use crate::table::lay_out;
 
-/// Version of the layout of [`Facts`].
+/// Version of the layout of [`PictureFacts`].
 const FORMAT: u32 = 1;
 
 /// A picture's file. Entries are null or empty where the file does not say them.
 #[derive(Serialize)]
-struct Facts {
+struct PictureFacts {
     format: u32,
     file: String,
     notation: &'static str,
@@ -42,11 +42,11 @@ pub fn is_picture(path: &Path) -> bool {
 /// Prints what a picture's file says, as a table or as JSON.
 pub fn run(path: &Path, as_json: bool) -> Result<(), Failure> {
     let stored = read_picture(path, &plan::limits(None))?;
-    let facts = Facts::of(path, &stored);
+    let facts = PictureFacts::of(path, &stored);
     console::print(if as_json { console::json(&facts) } else { lay_out(&facts.rows()) })
 }
 
-impl Facts {
+impl PictureFacts {
     fn of(path: &Path, stored: &StoredPicture) -> Self {
         let picture = &stored.picture;
         let metadata = stored.metadata();

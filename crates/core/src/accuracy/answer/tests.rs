@@ -24,9 +24,9 @@ fn setting(rungs: &str) -> Setting {
 }
 
 /// A setting with its time and root error over those in use, and the factor of the error's interval.
-fn contestant(rungs: &str, time: f64, root: f64, factor: f64) -> Contestant {
+fn candidate(rungs: &str, time: f64, root: f64, factor: f64) -> AdviceCandidate {
     let cost = RelativeCost { time: about(time, 1.05), error: about(root * root, factor) };
-    Contestant { setting: setting(rungs), measured: measured(0.0, 1.0), cost, is_sound: true }
+    AdviceCandidate { setting: setting(rungs), measured: measured(0.0, 1.0), cost, is_sound: true }
 }
 
 fn told(advice: Option<Advice>) -> Option<(String, f64)> {
@@ -37,24 +37,24 @@ fn told(advice: Option<Advice>) -> Option<(String, f64)> {
 /// the scene's own setting and what is not sound are no advice, and where nothing will do there is none.
 #[test]
 fn the_fastest_that_will_do_is_named() {
-    let own = Contestant { setting: Setting::default(), ..contestant("samples=16", 0.1, 0.1, 1.1) };
-    let unsound = Contestant { is_sound: false, ..contestant("clamp=1", 0.1, 0.3, 1.1) };
+    let own = AdviceCandidate { setting: Setting::default(), ..candidate("samples=16", 0.1, 0.1, 1.1) };
+    let unsound = AdviceCandidate { is_sound: false, ..candidate("clamp=1", 0.1, 0.3, 1.1) };
     let all = vec![
         own.clone(),
         unsound.clone(),
-        contestant("samples=1024", 16.0, 0.25, 1.1),
-        contestant("samples=256", 4.1, 0.5, 1.1),
-        contestant("samples=16 reconstruction=denoised", 0.5, 0.8, 1.1),
-        contestant("sampler=stratified", 0.78, 0.9, 1.1),
-        contestant("light-sampling=lights", 0.3, 1.04, 1.1),
+        candidate("samples=1024", 16.0, 0.25, 1.1),
+        candidate("samples=256", 4.1, 0.5, 1.1),
+        candidate("samples=16 reconstruction=denoised", 0.5, 0.8, 1.1),
+        candidate("sampler=stratified", 0.78, 0.9, 1.1),
+        candidate("light-sampling=lights", 0.3, 1.04, 1.1),
     ];
     let found = answer(all, 20.0);
     assert_eq!(told(found.half_the_error), Some(("--rung samples=256".to_owned(), 4.1)));
     assert_eq!(told(found.same_error), Some(("--rung samples=16--rung reconstruction=denoised".to_owned(), 0.5)));
-    assert_eq!(answer(vec![own, unsound, contestant("clamp=10", 0.7, 1.2, 1.1)], 20.0), Answer::default());
+    assert_eq!(answer(vec![own, unsound, candidate("clamp=10", 0.7, 1.2, 1.1)], 20.0), Answer::default());
     // A denoised setting may have half of the error, too.
     let denoised = answer(
-        vec![contestant("samples=256", 4.0, 0.5, 1.1), contestant("samples=16 reconstruction=denoised", 0.4, 0.5, 1.1)],
+        vec![candidate("samples=256", 4.0, 0.5, 1.1), candidate("samples=16 reconstruction=denoised", 0.4, 0.5, 1.1)],
         20.0,
     );
     assert_eq!(told(denoised.half_the_error).map(|of| of.1), Some(0.4));
@@ -65,12 +65,12 @@ fn the_fastest_that_will_do_is_named() {
 #[test]
 fn a_doubtful_setting_is_no_advice() {
     let wide = (0.6_f64 / 0.5).powi(2);
-    let found = answer(vec![contestant("samples=256", 4.0, 0.5, wide * wide)], 20.0);
+    let found = answer(vec![candidate("samples=256", 4.0, 0.5, wide * wide)], 20.0);
     assert!(found.half_the_error.is_none() && found.half_needs.is_some_and(|needs| (needs - 80.0).abs() < 1e-6), "{found:?}");
-    assert!(answer(vec![contestant("samples=256", 4.0, 0.5, 0.99 * wide)], 20.0).half_the_error.is_some());
-    let hopeless = answer(vec![contestant("samples=256", 4.0, 0.5, 100.0)], 20.0);
+    assert!(answer(vec![candidate("samples=256", 4.0, 0.5, 0.99 * wide)], 20.0).half_the_error.is_some());
+    let hopeless = answer(vec![candidate("samples=256", 4.0, 0.5, 100.0)], 20.0);
     assert_eq!((hopeless.half_the_error, hopeless.half_needs), (None, None));
-    let lost = contestant("samples=256", 4.0, 0.5, f64::INFINITY);
+    let lost = candidate("samples=256", 4.0, 0.5, f64::INFINITY);
     assert_eq!(answer(vec![lost], 20.0).half_needs, None);
 }
 

@@ -8,7 +8,7 @@ use super::super::Listener;
 use super::super::measurements::Measurements;
 use super::super::renderer::{MARGIN, Unfinished};
 use super::super::setting::Setting;
-use super::super::tiles::{Grid, Sample};
+use super::super::tiles::{Grid, TileSample};
 use super::{HALVES, REACH, RUNGS, Session, samples_of};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
@@ -32,7 +32,7 @@ pub(super) const ROUNDS: u64 = 2;
 
 /// What will be measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Plan {
+pub(super) struct MeasurementPlan {
     pub reference_samples: u32,
     /// Tiles that all settings are measured on first, apart from those that take long.
     pub tiles: usize,
@@ -42,9 +42,9 @@ pub(super) struct Plan {
     pub tile_sample: f64,
 }
 
-impl Plan {
+impl MeasurementPlan {
     /// In words.
-    pub(super) fn told(&self, sample: &Sample) -> String {
+    pub(super) fn told(&self, sample: &TileSample) -> String {
         let Self { reference_samples, tiles, settings, .. } = self;
         format!("plan: {settings} settings on {tiles} of {} tiles, reference of {reference_samples} samples", sample.grid.count())
     }
@@ -59,7 +59,7 @@ struct Item {
 }
 
 impl Session<'_> {
-    pub(super) fn plan(&self, sample: &Sample, pace: f64) -> Plan {
+    pub(super) fn plan(&self, sample: &TileSample, pace: f64) -> MeasurementPlan {
         let grid = &sample.grid;
         let (tile_sample, budget) = (self.tile_sample(grid, pace), self.effort.budget.as_secs_f64());
         let mut reference_samples = self.least_reference();
@@ -72,7 +72,7 @@ impl Session<'_> {
                 reference_samples *= 4;
             }
         }
-        Plan { reference_samples, tiles, settings: self.items().len(), tile_sample }
+        MeasurementPlan { reference_samples, tiles, settings: self.items().len(), tile_sample }
     }
 
     fn least_reference(&self) -> u32 {
@@ -112,7 +112,7 @@ impl Session<'_> {
     }
 
     /// Tiles that a setting is measured on where most have so many.
-    pub(super) fn tiles_of(&self, setting: &Setting, tiles: usize, sample: &Sample) -> usize {
+    pub(super) fn tiles_of(&self, setting: &Setting, tiles: usize, sample: &TileSample) -> usize {
         let share = (self.most(&sample.grid) / self.cost(setting, &sample.grid)).min(1.0);
         ((tiles as f64 * share) as usize).max(FEWEST.min(tiles))
     }
@@ -158,7 +158,7 @@ impl Session<'_> {
     /// Measures every setting of the plan in turn. Gives those that were held beside others, with the ladders that they were held on.
     pub(super) fn rungs(
         &mut self,
-        plan: &Plan,
+        plan: &MeasurementPlan,
         measurements: &mut Measurements<'_>,
         listener: &mut dyn Listener,
     ) -> Result<Vec<(Setting, Ladder)>, PrepareError> {

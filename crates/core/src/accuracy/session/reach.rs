@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::super::renderer::{Renderer, Unfinished};
 use super::super::setting::Setting;
-use super::super::tiles::{Grid, Look};
+use super::super::tiles::{Grid, PilotPass};
 use super::{LOOK, REACH, Session};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
@@ -42,10 +42,10 @@ impl Session<'_> {
     }
 
     /// Looks at more and more tiles while there is time; and the wall-clock seconds that a sample of a pixel takes.
-    pub fn look(&self, renderer: &Renderer<'_>, grid: Grid) -> Result<(Vec<Look>, f64), PrepareError> {
+    pub fn look(&self, renderer: &Renderer<'_>, grid: Grid) -> Result<(Vec<PilotPass>, f64), PrepareError> {
         let order = grid.spread();
         let begun = (self.now)();
-        let mut looks: Vec<Look> = Vec::new();
+        let mut looks: Vec<PilotPass> = Vec::new();
         while looks.len() < order.len() && (looks.is_empty() || (self.now)() < self.at(LOOK)) {
             let next = &order[looks.len()..(2 * looks.len()).max(ENOUGH_TILES).min(order.len())];
             looks.extend(renderer.look(grid, next, self.at(1.0)).map_err(Unfinished::into_error)?);
@@ -57,7 +57,7 @@ impl Session<'_> {
 
     /// The most exact rung of each ladder that does not take too long, samples apart, as the tile shows that took longest. Paths that divide at
     /// glass and mirrors have twice as many ends with each segment. What is not known when the time for this is over stays as it is.
-    pub fn within_reach(&mut self, renderer: &Renderer<'_>, grid: Grid, looks: &[Look]) -> Result<Setting, PrepareError> {
+    pub fn within_reach(&mut self, renderer: &Renderer<'_>, grid: Grid, looks: &[PilotPass]) -> Result<Setting, PrepareError> {
         let longest = looks.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds)).map_or(0, |look| look.tile);
         let (part, before, end) = ([grid.tile(longest)], (self.now)(), self.at(REACH));
         let own = renderer.take(&self.base, &part, 0, self.at(1.0));

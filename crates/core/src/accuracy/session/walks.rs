@@ -1,13 +1,13 @@
 //! Combinations of rungs that are worth their time: found by steps from what rungs are put on, and measured on more tiles.
 
 use super::super::Listener;
-use super::super::answer::{Contestant, answer, is_sound};
+use super::super::answer::{AdviceCandidate, answer, is_sound};
 use super::super::frontier::{Direction, Point, Steps, Surveyor, pareto, walk};
 use super::super::measurements::Measurements;
 use super::super::renderer::Exposure;
 use super::super::report::{Answer, Candidate};
 use super::super::setting::Setting;
-use super::plan::Plan;
+use super::plan::MeasurementPlan;
 use super::{AGAIN, Session, WALKS};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
@@ -18,15 +18,15 @@ const GROWTH: f64 = 1.3;
 const MOST_AGAIN: usize = 8;
 
 /// A walk through a session's measurements.
-struct Survey<'s, 'a, 'm> {
+struct SettingSurvey<'s, 'a, 'm> {
     session: &'s Session<'a>,
-    plan: &'s Plan,
+    plan: &'s MeasurementPlan,
     measurements: &'s mut Measurements<'m>,
     listener: &'s mut dyn Listener,
     failed: Option<PrepareError>,
 }
 
-impl Surveyor for Survey<'_, '_, '_> {
+impl Surveyor for SettingSurvey<'_, '_, '_> {
     fn is_possible(&self, setting: &Setting) -> bool {
         self.session.is_possible(setting)
     }
@@ -59,7 +59,7 @@ impl Session<'_> {
     /// Every setting that was measured, those included that steps lead to.
     pub(super) fn walks(
         &mut self,
-        plan: &Plan,
+        plan: &MeasurementPlan,
         measurements: &mut Measurements<'_>,
         listener: &mut dyn Listener,
     ) -> Result<Vec<Setting>, PrepareError> {
@@ -68,7 +68,7 @@ impl Session<'_> {
         for start in [Setting::default(), self.base.clone()] {
             let Some(point) = self.point(&start, measurements) else { continue };
             let steps = self.from(&start, &steps);
-            let mut survey = Survey { session: self, plan, measurements, listener, failed: None };
+            let mut survey = SettingSurvey { session: self, plan, measurements, listener, failed: None };
             walk(&steps, (&start, point), &mut survey);
             failed = failed.or(survey.failed);
             if start == self.base {
@@ -141,7 +141,7 @@ impl Session<'_> {
     /// is partly the luckiest.
     pub(super) fn again(
         &mut self,
-        plan: &Plan,
+        plan: &MeasurementPlan,
         known: Vec<Setting>,
         measurements: &mut Measurements<'_>,
         exposure: &mut Exposure<'_>,
@@ -208,7 +208,7 @@ impl Session<'_> {
         let contestant = |setting: &Setting| {
             let (measured, cost) = (measurements.measured(setting, &own)?, measurements.relative(setting, &own)?);
             let is_sound = self.is_sound(setting, measurements);
-            Some(Contestant { setting: setting.clone(), measured, cost, is_sound })
+            Some(AdviceCandidate { setting: setting.clone(), measured, cost, is_sound })
         };
         answer(known.iter().filter_map(contestant).collect(), self.effort.budget.as_secs_f64())
     }

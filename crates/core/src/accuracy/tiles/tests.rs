@@ -33,9 +33,9 @@ fn tiles_are_the_picture() {
 }
 
 /// Looks of a noise that some tiles have much more of.
-fn looks(grid: Grid) -> Vec<Look> {
+fn looks(grid: Grid) -> Vec<PilotPass> {
     let noise = |tile: u32| if tile.is_multiple_of(9) { 8.0 } else { 1.0 };
-    (0..grid.count() as u32).map(|tile| Look { tile, seconds: 1.0, noise: noise(tile) }).collect()
+    (0..grid.count() as u32).map(|tile| PilotPass { tile, seconds: 1.0, noise: noise(tile) }).collect()
 }
 
 /// Protects: a tile is drawn as often as its chance says, noisy ones more often; all together are as many as were asked for, and more tiles are
@@ -46,7 +46,7 @@ fn chances_are_those_with_which_tiles_are_drawn() {
     let seeds = 2000;
     for seed in 0..seeds {
         let grid = Grid { seed, ..GRID };
-        let sample = Sample::new(grid, &looks(grid));
+        let sample = TileSample::new(grid, &looks(grid));
         for (look, chance) in sample.order.iter().zip(sample.chances(40)) {
             drawn[look.tile as usize] += 1.0;
             expected[look.tile as usize] = chance;
@@ -57,7 +57,7 @@ fn chances_are_those_with_which_tiles_are_drawn() {
         assert!((share - expected).abs() < 0.2 * expected, "{share}, not {expected}");
     }
     assert!(expected[9] > 2.0 * expected[10] && (expected.iter().sum::<f64>() - 40.0).abs() < 2.0);
-    let all = Sample::new(GRID, &looks(GRID)).chances(GRID.count());
+    let all = TileSample::new(GRID, &looks(GRID)).chances(GRID.count());
     assert!(all.len() == GRID.count() && all.iter().all(|&chance| chance == 1.0));
 }
 
@@ -68,8 +68,9 @@ fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
         let mean = |tile: u32| mean(*seed, tile);
         let truth = (0..GRID.count() as u32).map(|tile| mean(tile) * GRID.pixels(tile)).sum::<f64>() / (320.0 * 184.0);
         let grid = Grid { seed: *seed, ..GRID };
-        let look = |tile: u32| Look { tile, seconds: 1.0, noise: if has_looks { mean(tile) * GRID.pixels(tile) } else { 0.0 } };
-        let sample = Sample::new(grid, &(0..GRID.count() as u32).map(look).collect::<Vec<_>>());
+        let look =
+            |tile: u32| PilotPass { tile, seconds: 1.0, noise: if has_looks { mean(tile) * GRID.pixels(tile) } else { 0.0 } };
+        let sample = TileSample::new(grid, &(0..GRID.count() as u32).map(look).collect::<Vec<_>>());
         let blocks: Vec<[Vec<f64>; 2]> = (sample.order.iter().take(count))
             .map(|look| {
                 let pixels = grid.pixels(look.tile) / 4.0;
