@@ -65,6 +65,7 @@ pub use raywright_bvh as bvh;
 #[cfg(feature = "cli")]
 pub use raywright_cli as cli;
 pub use raywright_core as core;
+pub use raywright_core::stability;
 pub use raywright_io as io;
 
 /// What most programs need to load, render and write.

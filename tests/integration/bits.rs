@@ -133,7 +133,7 @@ fn scan_and_tree() {
 
 /// Protects: a tree of any quality gives the same hits.
 #[test]
-fn build_qualities() {
+fn t21_build_qualities() {
     for subject in subjects() {
         let first = subject.render(|_| {});
         for quality in BuildQuality::ALL {
@@ -145,7 +145,7 @@ fn build_qualities() {
 
 /// Protects: numbers are addressed by pixel and sample, and sums are taken in one order, whoever takes them.
 #[test]
-fn threads_and_tiles() {
+fn t21_threads_and_tiles() {
     for subject in subjects() {
         // Once as the scene asks for it, once with more samples than a block of the film has.
         for (size, sampling) in [(SIZE, subject.sampling), ([24, 18], Sampling::General(17))] {

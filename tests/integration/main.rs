@@ -21,5 +21,6 @@ mod reference;
 mod reports;
 mod room;
 mod scaling;
+mod stability;
 mod support;
 mod uv_sets;

@@ -94,6 +94,7 @@ pub mod sampler;
 pub mod scene;
 pub mod settings;
 mod shape;
+pub mod stability;
 mod studio;
 pub mod suggest;
 mod texture;

@@ -127,7 +127,7 @@ const VALUES: [([f64; 3], [f64; 6]); 5] = [
 
 /// Protects: the values that this code had when it was checked against the reference: a clone without the reference tests them too.
 #[test]
-fn values_stay_what_they_were() {
+fn s20_values_stay_what_they_were() {
     for ([x, y, z], expected) in VALUES {
         let p = DVec3::new(x, y, z);
         let space = [noise3::<f64>(p), fbm3::<f64>(p, 8), turbulence3::<f64>(p, 8)];
@@ -175,7 +175,7 @@ fn the_lattice_is_seamless() {
 
 /// Protects: arguments beyond any lattice give a number, not a panic; NaN stays NaN.
 #[test]
-fn extreme_arguments_are_survived() {
+fn s20_extreme_arguments_are_survived() {
     for x in [1e10, -1e10, 1e30, -1e30, f64::MAX, f64::MIN, f64::INFINITY, f64::NEG_INFINITY, -1e-300] {
         assert!(fbm3::<f64>(DVec3::new(x, 0.5, 0.5), 1).is_finite(), "{x}");
         assert!(fbm3::<f32>(Vec3::new(x as f32, 0.5, 0.5), 1).is_finite(), "{x}");

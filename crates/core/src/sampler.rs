@@ -164,7 +164,7 @@ mod tests {
 
     /// Protects: numbers stay in [0, 1), also at the ends of the sequence and beyond them, and each part of the address counts.
     #[test]
-    fn every_part_of_the_address_counts() {
+    fn m11_every_part_of_the_address_counts() {
         for index in [0, 1, 255, SEQUENCE - 1, SEQUENCE, 3 * SEQUENCE + 7, u32::MAX] {
             for pixel in [[0, 0], [1, 0], [0, 1], [65535, 65535]] {
                 let p = pair(Address { pixel, index, seed: 5, ..Address::default() }, Purpose::Pixel);
@@ -218,7 +218,7 @@ mod tests {
 
     /// Protects: the first 16 points of each replicate are stratified, one in each cell of the 4 × 4 grid.
     #[test]
-    fn sixteen_points_are_stratified() {
+    fn m11_sixteen_points_are_stratified() {
         for replicate in 0..4 {
             let mut cells = [0; 16];
             for index in 0..16 {

@@ -157,9 +157,9 @@ mod tests {
         (found.u.into(), found.v.into())
     }
 
-    /// Protects (S19): texture coordinates close to the poles, where an arc cosine of f32 moves in steps of 3.5e-4.
+    /// Protects: texture coordinates close to the poles, where an arc cosine of f32 moves in steps of 3.5e-4.
     #[test]
-    fn coordinates_near_the_poles_keep_their_digits() {
+    fn s19_coordinates_near_the_poles_keep_their_digits() {
         let ball = Sphere::<f32> { centre: Vec3::ZERO, radius: 1.0 };
         let egg = Ellipsoid::<f32> { centre: Vec3::ZERO, semi_axes: Vec3::new(2.0, 1.0, 0.5) };
         for (shape, sx, sz) in [(AnyShape::from(ball), 1.0, 1.0), (egg.into(), 2.0, 0.5)] {

@@ -39,7 +39,7 @@ fn visits(group: PrimitiveSet<f32>, centre: DVec3, half: f64, quality: BuildQual
 /// Protects: a room costs its rays no more than twice what the same room costs whose corners were moved a little, wherever
 /// it is: also with its greatest corner at the origin, where pads are nothing, and on one axis alone.
 #[test]
-fn rooms_cost_the_same_everywhere() {
+fn t09_rooms_cost_the_same_everywhere() {
     let places = [
         DVec3::ZERO,
         DVec3::NEG_ONE,
@@ -65,7 +65,7 @@ fn rooms_cost_the_same_everywhere() {
 
 /// Protects: the same at every scale and for every preset.
 #[test]
-fn rooms_cost_the_same_at_every_scale() {
+fn t09_rooms_cost_the_same_at_every_scale() {
     for quality in BuildQuality::ALL {
         let jittered = visits(room(16, DVec3::ZERO, 1.0, 1e-3), DVec3::ZERO, 1.0, quality);
         for half in [1e-6, 1e-3, 10.0, 1e5, 1e9] {

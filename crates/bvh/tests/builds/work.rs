@@ -14,7 +14,7 @@ fn work(items: &[Item], quality: BuildQuality) -> BuildWork {
 /// Protects: a build looks at no more than three times the boxes of a build over random primitives, of one size or of many
 /// where that takes more, whatever the arrangement and the quality, and the tree keeps to the depth that a traversal has a stack for.
 #[test]
-fn no_family_is_slow() {
+fn t11_no_family_is_slow() {
     let each = |quality: BuildQuality, count: usize| {
         let base = work(&random(count), quality).looks.max(work(&uneven(count), quality).looks);
         for (name, family) in FAMILIES {

@@ -161,7 +161,7 @@ fn globe(times: usize) -> Mesh {
 /// Protects: no ray from within a closed mesh at one of its corners or edges gets out, in any kernel, nearby and far away from the
 /// origin, whichever query asks.
 #[test]
-fn closed_meshes_do_not_leak() {
+fn p21_closed_meshes_do_not_leak() {
     for offset in [Vec3::ZERO, Vec3::new(1000.0, -200.0, 30.0)] {
         let mesh: Mesh = globe(5).into_iter().map(|face| face.map(|p| p + offset)).collect();
         let mut group = PrimitiveSet::<f32>::default();
@@ -212,7 +212,7 @@ fn a_wide_ground_does_not_blind_the_filter() {
 /// Protects: a direction may have any length whose inverse f32 has. Where products of it might leave the range of f32, and just before, the filter of each
 /// kernel passes no triangle over that the scan hits: distances are shorter or longer by the power of two, and still the same to the bit.
 #[test]
-fn directions_may_have_any_length() {
+fn t05_directions_may_have_any_length() {
     for (name, mesh) in families() {
         let scan = Geometry::new(group(&mesh, false), AcceleratorKind::Linear);
         let mut tree = Geometry::new(group(&mesh, false), AcceleratorKind::default());
@@ -244,7 +244,7 @@ fn directions_may_have_any_length() {
 
 /// Protects: rays that are no numbers, or of no direction, end, and hit nothing that the scan does not.
 #[test]
-fn rays_that_are_none_end() {
+fn t18_rays_that_are_none_end() {
     let mesh = globe(2);
     let scan = Geometry::new(group(&mesh, true), AcceleratorKind::Linear);
     let mut tree = Geometry::new(group(&mesh, true), AcceleratorKind::default());

@@ -159,7 +159,7 @@ fn s06_at_no_distance() {
 /// Protects: a lamp near the origin, tilted, seen from a million of its sizes away: the unit direction there is rounded to f32
 /// and passes beside the point that was drawn, so the range ends before the lamp by more than the errors of the two points.
 #[test]
-fn a_distant_lamp_is_not_in_its_own_light() {
+fn s06_a_distant_lamp_is_not_in_its_own_light() {
     use raywright_bvh::shapes::SampleArea;
     judge("S06 distant lamp", 176, 200_000, |random| {
         let (out, distance) = (random.direction(), 10_f64.powf(random.between(1.0, 6.0)));

@@ -78,7 +78,7 @@ fn kinds() -> impl Iterator<Item = AcceleratorKind> {
 
 /// Protects: identical hits bit for bit, ties by lowest id, and any-hit agreeing with closest-hit.
 #[test]
-fn tree_equals_scan() {
+fn t20_tree_equals_scan() {
     for (seed, count) in [(1, 0), (2, 1), (3, 2), (4, 9), (5, 60), (6, 400)] {
         let scan = Geometry::new(mixed(seed, count), AcceleratorKind::Linear);
         for kind in kinds() {
@@ -153,7 +153,7 @@ fn surfaces_of_many_are_those_of_each() {
 /// Protects: a ray along an axis or a face of the axes enters boxes whichever sign its zeros have, as a reflected or mapped ray may
 /// have either; the balls around the way, at places of every sign, are met by tree and boxes as by a scan.
 #[test]
-fn zeros_of_either_sign_are_one_direction() {
+fn t02_zeros_of_either_sign_are_one_direction() {
     let row = |kind| {
         let mut group = PrimitiveSet::<f32>::default();
         for i in 0..5 * 5 * 5 {
@@ -182,7 +182,7 @@ fn zeros_of_either_sign_are_one_direction() {
 
 /// Protects: many identical primitives build quickly into a shallow tree and the lowest id wins.
 #[test]
-fn coincident_primitives() {
+fn t11_coincident_primitives() {
     let mut group = PrimitiveSet::<f32>::default();
     for _ in 0..10_000 {
         group.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default()).unwrap();
@@ -195,7 +195,7 @@ fn coincident_primitives() {
 
 /// Protects: a primitive with a coordinate that is not finite is refused with a typed error, before any build.
 #[test]
-fn not_finite_is_refused() {
+fn t13_not_finite_is_refused() {
     let mut group = PrimitiveSet::<f32>::default();
     assert!(group.triangle([Vec3::NAN, Vec3::X, Vec3::Y], Visibility::default()).is_err());
     assert!(group.sphere(Sphere { centre: Vec3::ZERO, radius: f32::INFINITY }, Visibility::default()).is_err());
@@ -217,7 +217,7 @@ fn refused_meshes_leave_nothing() {
 
 /// Protects: rays of NaN or infinity end without a hit.
 #[test]
-fn rays_that_are_not_finite_hit_nothing() {
+fn t18_rays_that_are_not_finite_hit_nothing() {
     for kind in kinds() {
         let geometry = Geometry::new(mixed(9, 101), kind);
         not_finite_misses(&geometry);

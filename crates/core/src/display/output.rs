@@ -55,10 +55,10 @@ pub(super) fn dithered(value: f64, [x, y]: [u32; 2], channel: usize) -> u8 {
 mod tests {
     use super::*;
 
-    /// Protects (F07): dither has no mean of its own: over any 32 by 32 pixels the mean code of a value is the value, to a tenth of a code, in
+    /// Protects: dither has no mean of its own: over any 32 by 32 pixels the mean code of a value is the value, to a tenth of a code, in
     /// each channel, and codes themselves stay as they are.
     #[test]
-    fn dither_has_the_right_mean() {
+    fn f07_dither_has_the_right_mean() {
         for (channel, value) in (0..3).flat_map(|channel| (0..=50).map(move |k| (channel, f64::from(k) / 50.0))) {
             for corner in [[0, 0], [1000, 77], [65_500, 65_500]] {
                 let places = (0..32 * 32).map(|i| [corner[0] + i % 32, corner[1] + i / 32]);

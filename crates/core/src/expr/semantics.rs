@@ -136,9 +136,9 @@ mod tests {
         assert!(fraction(R::INFINITY).is_nan() && remainder(R::ONE, R::ZERO).is_nan());
     }
 
-    /// Protects (S19): a fraction is below one and a remainder nearer to zero than its divisor, where x − ⌊x⌋ rounds to one.
+    /// Protects: a fraction is below one and a remainder nearer to zero than its divisor, where x − ⌊x⌋ rounds to one.
     #[test]
-    fn fractions_are_below_one() {
+    fn s19_fractions_are_below_one() {
         stay_below::<f32>(1e-38);
         stay_below::<f64>(1e-300);
         assert_eq!((fraction(-0.25_f32), fraction(1.75_f64)), (0.75, 0.75));

@@ -143,7 +143,7 @@ mod tests {
     /// Protects: facets reflect by Fresnel's equations, from both sides, from head-on to grazing, at Brewster's angle and beyond the critical one;
     /// and the cosine beyond is Snell's.
     #[test]
-    fn facets_reflect_by_fresnels_equations() {
+    fn s14_facets_reflect_by_fresnels_equations() {
         for eta in [1.0 / 2.42, 1.0 / 1.5, 1.0 / 1.33, 1.0, 1.33, 1.5, 2.42_f64] {
             for cosine in [1.0, 0.9, 0.75, 0.6, 0.4, 0.2, 0.05, 1.0 / (1.0 + 1.0 / (eta * eta)).sqrt()] {
                 let sine2 = eta * eta * (1.0 - cosine * cosine);

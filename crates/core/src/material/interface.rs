@@ -65,7 +65,7 @@ mod tests {
     /// Protects: reflectance at normal incidence, at Brewster's angle (parallel part zero), at grazing and beyond the
     /// critical angle.
     #[test]
-    fn fresnel_known_values() {
+    fn s14_fresnel_known_values() {
         assert!((at(1.0, 1.0 / 1.5).fresnel() - 0.04).abs() < 1e-12);
         let brewster = 1.0 / (1.0 + 1.5_f64 * 1.5).sqrt();
         let perpendicular = ((1.0 - 1.5_f64 * 1.5) / (1.0 + 1.5 * 1.5)).powi(2);
@@ -94,7 +94,7 @@ mod tests {
     /// Protects (S12, S13): refracted and reflected directions of stored vectors, whose lengths are rounded too, from head-on to
     /// 89.999° on the thin side, both ways. They lost their digits beyond 89°: 1.5e-4 at 89.99°.
     #[test]
-    fn directions_keep_their_digits_at_grazing_angles() {
+    fn s12_directions_keep_their_digits_at_grazing_angles() {
         const U: f64 = 5.960_464_477_539_063e-8;
         for ior in [1.000_001, 1.0003, 1.333, 1.5, 2.42] {
             for degrees in [0.0, 1e-4, 1.0, 30.0, 60.0, 80.0, 89.0, 89.9, 89.99, 89.999_f64] {

@@ -216,9 +216,9 @@ fn rough_boundaries_are_reciprocal() {
     }
 }
 
-/// Protects (M08): white metal of any roughness sends back all that comes, ± 0.5 %, at every angle; rough glass sends on at most all.
+/// Protects: white metal of any roughness sends back all that comes, ± 0.5 %, at every angle; rough glass sends on at most all.
 #[test]
-fn white_metal_in_a_white_furnace() {
+fn m08_white_metal_in_a_white_furnace() {
     let metal =
         |roughness| MetallicRoughness { base: WHITE, metallic: 1.0, roughness, dielectric: 0.04, grazing: 1.0, glass: None };
     let mean = |bsdf: &Bsdf<f64>, wo: DVec3| {

@@ -135,9 +135,9 @@ fn lights_without_size() {
     }
 }
 
-/// Protects (M06): what a mirror shows is counted once, whether or not the lamp could be drawn.
+/// Protects: what a mirror shows is counted once, whether or not the lamp could be drawn.
 #[test]
-fn a_mirror_shows_a_lamp_once() {
+fn m06_a_mirror_shows_a_lamp_once() {
     let scene = under(
         classic(json!({ "colour": 0, "reflection": { "weight": 0.8, "tinted": false } })),
         ball([-0.6, 0.8, -0.2], 0.3, "lamp"),

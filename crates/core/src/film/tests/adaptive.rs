@@ -205,7 +205,7 @@ fn tiles_grow_by_two_at_most() {
 
 /// Protects: pictures of rare bright samples are as bright as the truth on average, to a fifth of their standard error.
 #[test]
-fn rare_light_is_not_lost() {
+fn m14_rare_light_is_not_lost() {
     const RUNS: u64 = 300;
     let (bright, chance) = (20.0, 0.02);
     let mut means = Vec::new();

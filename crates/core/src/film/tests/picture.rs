@@ -151,10 +151,10 @@ fn errors_say_what_they_are() {
     }
 }
 
-/// Protects (M13): the film's variance is that of the samples, within replicates and between them: of an emissive checker seen
+/// Protects: the film's variance is that of the samples, within replicates and between them: of an emissive checker seen
 /// from far, whose samples are 0 or 1, n·p·(1 − p)/(n − 1) with the mean p of the picture.
 #[test]
-fn the_variance_is_that_of_the_samples() {
+fn m13_the_variance_is_that_of_the_samples() {
     let text = r#"{ "format": 1,
         "cameras": [{ "pose": { "look_at": { "eye": [0, 0, 9], "target": [0, 0, 0] } }, "projection": { "orthographic": { "height": 70 } } }],
         "materials": [{ "name": "m", "model": { "classic": { "local": 0, "emission": { "checker": { "even": 1, "odd": 0 } } } } }],

@@ -24,9 +24,9 @@ fn close_together(count: u32) -> Vec<f32> {
     (0..count).map(|i| 1e4 + 1e-2 * ((i.wrapping_mul(2_654_435_761) >> 8) as f32 / 8_388_608.0 - 1.0)).collect()
 }
 
-/// Protects (M12): a long sum agrees with the f64 sum of the same samples to six digits, where a plain f32 sum has two.
+/// Protects: a long sum agrees with the f64 sum of the same samples to six digits, where a plain f32 sum has two.
 #[test]
-fn long_sums_keep_their_digits() {
+fn m12_long_sums_keep_their_digits() {
     let sample = |i: u32| 0.7 + 0.2 * ((i.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0 - 0.5);
     let (mut plain, mut exact, mut expected) = (0.0, 0.0, 0.0);
     const EACH: u32 = 62_500;
@@ -40,9 +40,9 @@ fn long_sums_keep_their_digits() {
     assert!((exact / expected - 1.0).abs() < 1e-13, "{exact} instead of {expected}");
 }
 
-/// Protects (M13): the moment of samples that differ in their last digits only, in any number, agrees with two passes in f64.
+/// Protects: the moment of samples that differ in their last digits only, in any number, agrees with two passes in f64.
 #[test]
-fn moments_of_nearly_equal_samples() {
+fn m13_moments_of_nearly_equal_samples() {
     for count in [2, 15, 16, 17, 250, 65_535] {
         let samples = close_together(count);
         let (found, expected) = (f64::from(gathered::<Moments>(samples.clone()).spread[1]).powi(2), moment(&samples));
@@ -53,9 +53,9 @@ fn moments_of_nearly_equal_samples() {
     assert!((variance / (1e-4 / 3.0) - 1.0).abs() < 0.02, "{variance}");
 }
 
-/// Protects (M13): one sample and equal samples have no moment, exactly.
+/// Protects: one sample and equal samples have no moment, exactly.
 #[test]
-fn equal_samples_do_not_vary() {
+fn m13_equal_samples_do_not_vary() {
     for value in [0.0, 0.1, 1e4, 3e38] {
         for count in [1, 16, 40] {
             assert_eq!(gathered::<Moments>(vec![value; count]).spread, [0.0; 3], "{count} of {value}");
@@ -63,10 +63,10 @@ fn equal_samples_do_not_vary() {
     }
 }
 
-/// Protects (F04): a sample that is not finite is dropped and reported, its neighbours in the block stay, and nothing is left
+/// Protects: a sample that is not finite is dropped and reported, its neighbours in the block stay, and nothing is left
 /// for the next pixel.
 #[test]
-fn not_finite_samples_are_dropped() {
+fn f04_not_finite_samples_are_dropped() {
     fn check<B: Block<f32>>(spread: f32) {
         let mut pixel = Gather::<f32, B>::default();
         for _ in 0..2 {
@@ -82,10 +82,10 @@ fn not_finite_samples_are_dropped() {
 }
 
 proptest! {
-    /// Protects (M13): moments of any samples, of any size, with any number of them dropped, agree with two passes in f64 over
+    /// Protects: moments of any samples, of any size, with any number of them dropped, agree with two passes in f64 over
     /// those that entered and are never negative.
     #[test]
-    fn moments_agree_with_two_passes(
+    fn m13_moments_agree_with_two_passes(
         samples in proptest::collection::vec((-1e3_f32..1e3, any::<bool>()), 1..100),
         offset in -1e6_f32..1e6,
         scale in -30_i32..30,

@@ -128,9 +128,9 @@ mod tests {
     use super::*;
     use glam::{DVec3, Vec3};
 
-    /// Protects (S21): transmittance lies in [0, 1] from nothing to everything, and is exact to a few units of rounding.
+    /// Protects: transmittance lies in [0, 1] from nothing to everything, and is exact to a few units of rounding.
     #[test]
-    fn transmittance() {
+    fn s21_transmittance() {
         let endless = f64::INFINITY;
         let finite = [(0.0, 5.0), (1e-8, 1.0), (1e3, 1.0), (3.0, 0.25), (0.0, 1e9)];
         let infinite = [(endless, 0.0), (endless, 1.0), (0.0, endless), (-0.0, endless), (1e-8, endless), (endless, endless)];

@@ -65,7 +65,7 @@ mod tests {
     /// Protects: of what chance ends, the rest counts for it: the mean over all numbers is what came, whatever the colour; what carries
     /// nothing, or is no number, ends without it too.
     #[test]
-    fn survivors_count_for_what_ends() {
+    fn m07_survivors_count_for_what_ends() {
         const COUNT: u32 = 10_000;
         for (throughput, most) in [
             (DVec3::new(0.3, 0.1, 0.05), 1.0),

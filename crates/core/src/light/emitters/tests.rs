@@ -26,10 +26,10 @@ fn drawn(lights: &Emitters<f32>, power: f32, share: f64, picks: u32) -> u32 {
     (0..picks).filter(|&i| radiance(lights, pick(i)) == power).count() as u32
 }
 
-/// Protects (M10): what has no power is never drawn, what has next to none does not upset the others, and where nothing
+/// Protects: what has no power is never drawn, what has next to none does not upset the others, and where nothing
 /// has power there is no emitter rather than a NaN.
 #[test]
-fn powers_of_any_size_are_drawn_in_their_share() {
+fn m10_powers_of_any_size_are_drawn_in_their_share() {
     assert!([lights(&[]), lights(&[0.0, 0.0])].iter().all(|none| none.is_empty() && none.choose([0.5; 2]).is_none()));
     let all = [0.0, 1e-30, 1.0, 1e30];
     for turn in 0..4 {

@@ -30,10 +30,10 @@ fn integral(grid: &SphereGrid, width: usize, height: usize) -> f64 {
     (0..height).map(row).sum()
 }
 
-/// Protects (M09): the density of a picture with rows of nothing and one texel like a sun integrates to one, what is drawn lies
+/// Protects: the density of a picture with rows of nothing and one texel like a sun integrates to one, what is drawn lies
 /// where the picture is not black, and running sums end at exactly one.
 #[test]
-fn one_bright_texel_among_black_rows() {
+fn m09_one_bright_texel_among_black_rows() {
     for (width, height, sun) in
         [(4, 2, (1, 0)), (4, 2, (3, 1)), (2048, 1024, (700, 300)), (2048, 1024, (0, 0)), (2048, 1024, (2047, 1023))]
     {
@@ -64,10 +64,10 @@ fn one_bright_texel_among_black_rows() {
     assert!(SphereGrid::new(4, 2, 0.0, |_, _| 0.0).is_none() && SphereGrid::new(4, 2, 0.0, |_, _| f64::NAN).is_none());
 }
 
-/// Protects (M09): rows at the poles of a tall picture, whose cosines differ from one by less than their rounding, are drawn evenly
+/// Protects: rows at the poles of a tall picture, whose cosines differ from one by less than their rounding, are drawn evenly
 /// over their solid angle, within the row.
 #[test]
-fn poles_keep_their_digits() {
+fn m09_poles_keep_their_digits() {
     const HEIGHT: usize = 1 << 20;
     for (row, pole) in [(0, 1.0), (HEIGHT - 1, -1.0)] {
         let grid = SphereGrid::new(1, HEIGHT, 0.0, |_, y| if y == row { 1.0 } else { 0.0 }).expect("it is not black");
@@ -88,7 +88,7 @@ fn poles_keep_their_digits() {
 
 /// Protects: numbers at the ends of their range stay unit directions.
 #[test]
-fn corner_numbers_are_directions() {
+fn m02_corner_numbers_are_directions() {
     let grid = SphereGrid::new(4, 2, 0.0, |x, y| (x + y) as f64).expect("it is not black");
     for u in [0.0, f64::MIN_POSITIVE, 0.5, 1.0_f64.next_down()] {
         for v in [0.0, f64::MIN_POSITIVE, 0.5, 1.0_f64.next_down()] {

@@ -10,9 +10,9 @@ fn rows<R: Real>(height: u32) -> Map<R> {
     Map::new(Arc::new(ImageData { width: 1, height, pixels }), R::ZERO, R::ONE)
 }
 
-/// Protects (S19): the height in the picture close to the poles, where an arc cosine of f32 moves in steps of 3.5e-4.
+/// Protects: the height in the picture close to the poles, where an arc cosine of f32 moves in steps of 3.5e-4.
 #[test]
-fn directions_near_the_poles_find_their_row() {
+fn s19_directions_near_the_poles_find_their_row() {
     const ROWS: u32 = 1 << 20;
     let (narrow, wide) = (rows::<f32>(ROWS), rows::<f64>(ROWS));
     for angle in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {

@@ -4,10 +4,10 @@ use core::f64::consts::PI;
 
 use super::*;
 
-/// Protects (M04): the solid angle of a ball up to 10⁷ radii away, against the series of 1 − √(1 − s²), and points that lie on the
+/// Protects: the solid angle of a ball up to 10⁷ radii away, against the series of 1 − √(1 − s²), and points that lie on the
 /// ball, on the side that is seen.
 #[test]
-fn far_balls_keep_their_solid_angle() {
+fn m04_far_balls_keep_their_solid_angle() {
     let centre = DVec3::new(3.0, -2.0, 1.0);
     for ratio in [1.000_001, 1.5, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7] {
         let towards = DVec3::new(0.48, 0.6, 0.64);
@@ -29,9 +29,9 @@ fn far_balls_keep_their_solid_angle() {
     }
 }
 
-/// Protects (M04): from far away a ball sends π·(r/d)², every sample of it the same up to its place in the narrow cone.
+/// Protects: from far away a ball sends π·(r/d)², every sample of it the same up to its place in the narrow cone.
 #[test]
-fn far_balls_send_their_light_without_noise() {
+fn m04_far_balls_send_their_light_without_noise() {
     for ratio in [10.0, 1e3, 1e5, 1e7] {
         let ball = Sphere { centre: DVec3::new(0.0, 0.25 * ratio, 0.0), radius: 0.25 };
         let (lights, _) = surface::<f64>(ball.into(), None, Strategy::SolidAngle);
@@ -47,9 +47,9 @@ fn far_balls_send_their_light_without_noise() {
     }
 }
 
-/// Protects (M04): within a ball and on it there is no cone; a room that is lit by its walls sends π from anywhere.
+/// Protects: within a ball and on it there is no cone; a room that is lit by its walls sends π from anywhere.
 #[test]
-fn within_a_ball_points_are_drawn_by_area() {
+fn m04_within_a_ball_points_are_drawn_by_area() {
     let centre = DVec3::new(1.0, 2.0, 3.0);
     assert!([DVec3::ZERO, DVec3::X, DVec3::Y * 0.5].iter().all(|&d| DirectionCone::new(centre, 1.0, centre + d).is_none()));
     assert!(DirectionCone::new(centre, 1.0, DVec3::NAN).is_none());

@@ -108,10 +108,10 @@ fn an_unasked_sky_is_not_built() {
     assert!(SkySampler::new(&sky(sky::SkyKind::Constant(DVec3::ZERO))).is_none());
 }
 
-/// Protects (M03): from the light's own plane, its corner, its border, its middle, and a millionth beside them nothing is infinite or
+/// Protects: from the light's own plane, its corner, its border, its middle, and a millionth beside them nothing is infinite or
 /// no number, whichever strategy.
 #[test]
-fn receivers_in_the_plane_of_a_light_hear_numbers() {
+fn m03_receivers_in_the_plane_of_a_light_hear_numbers() {
     fn check<R: Real>(strategy: Strategy) {
         let (corner, u, v) = (DVec3::new(-1.0, 1.0, -1.0), DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 2.0));
         let quad = AnyShape::from(Quad::new(corner, u, v));
@@ -140,10 +140,10 @@ fn receivers_in_the_plane_of_a_light_hear_numbers() {
     }
 }
 
-/// Protects (M03): a millionth before a quad, at its middle, beside it and at its corner, the mean is Lambert's and no sample is a spark,
+/// Protects: a millionth before a quad, at its middle, beside it and at its corner, the mean is Lambert's and no sample is a spark,
 /// where directions are drawn over the solid angle.
 #[test]
-fn receivers_close_to_a_quad_hear_no_sparks() {
+fn m03_receivers_close_to_a_quad_hear_no_sparks() {
     let (corner, u, v) = (DVec3::new(-1.0, 1.0, -1.0), DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 2.0));
     let (lights, _) = surface::<f64>(Quad::new(corner, u, v).into(), None, Strategy::SolidAngle);
     for across in [u * 0.5 + v * 0.5, u * 0.3 + v * 0.6, u * 0.5, DVec3::ZERO, (u + v) * 1e-6] {

@@ -108,10 +108,10 @@ fn layers_are_reciprocal() {
     }
 }
 
-/// Protects (M08): no layer makes light of white light, at any roughness and angle; smooth walls and coats over white metal keep all of
+/// Protects: no layer makes light of white light, at any roughness and angle; smooth walls and coats over white metal keep all of
 /// it, to half a per cent.
 #[test]
-fn layers_make_no_light() {
+fn m08_layers_make_no_light() {
     for (name, model) in layers() {
         for roughness in [0.0, 0.1, 0.3, 0.6, 1.0] {
             for height in [1.0, 0.8, 0.5, 0.25, 0.08] {
@@ -234,10 +234,10 @@ fn values_head_on() {
     assert!((sent - 0.0366).abs() < 2e-4, "{sent}");
 }
 
-/// Protects (S16): a conductor's reflectance against complex arithmetic, with no and much absorption, indices below one, head-on to
+/// Protects: a conductor's reflectance against complex arithmetic, with no and much absorption, indices below one, head-on to
 /// grazing; without absorption it is a dielectric's.
 #[test]
-fn conductors_reflect_by_complex_indices() {
+fn s16_conductors_reflect_by_complex_indices() {
     // (a + bi)/(c + di), √(a + bi) with the root's real part above zero.
     let divided = |[a, b]: [f64; 2], [c, d]: [f64; 2]| {
         let square = c * c + d * d;

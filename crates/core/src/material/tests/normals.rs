@@ -21,7 +21,7 @@ fn reflected(n: DVec3, wo: DVec3) -> (DVec3, f64) {
 /// Protects: whatever the normal and the view, the normal used is unit, faces the viewer, and mirrors the viewer above the surface; where the
 /// normal did so by itself and not barely, it is the same to the bit, the surface's own always; from within it is alike.
 #[test]
-fn what_is_mirrored_is_above_the_surface() {
+fn s08_what_is_mirrored_is_above_the_surface() {
     let (mut kept, mut bent) = (0, 0);
     for i in 0..20_000 {
         let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));

@@ -86,9 +86,9 @@ fn agrees<R: Real>(tolerance: f64) {
     }
 }
 
-/// Protects (S19): the texel for every wrap mode, filter, axis and precision, at seams, for negative coordinates and many tiles.
+/// Protects: the texel for every wrap mode, filter, axis and precision, at seams, for negative coordinates and many tiles.
 #[test]
-fn texels_are_the_ones_that_counting_finds() {
+fn s19_texels_are_the_ones_that_counting_finds() {
     agrees::<f32>(3e-6);
     agrees::<f64>(1e-9);
 }

@@ -242,7 +242,7 @@ fn paths_that_carry_no_number_are_told() {
 
 /// Protects: a shading normal takes no reflection below the surface that is there, from outside and from within.
 #[test]
-fn nothing_is_reflected_below_the_surface() {
+fn s08_nothing_is_reflected_below_the_surface() {
     let normal = Vec3::new(0.8, 0.6, 0.0);
     let mut all = Vertices::new();
     let inside = Interaction { surface: surface(Vec3::ZERO, -Vec3::Y), outside: false, ..met(Vec3::ZERO, normal) };

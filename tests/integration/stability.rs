@@ -1,0 +1,45 @@
+//! Every hard case is a test whose name begins with its number.
+
+use std::collections::BTreeSet;
+
+use raywright::stability::hard_cases;
+
+use crate::links::{files, root};
+
+/// Cases that have no test yet.
+const OPEN: &[&str] = &[
+    "F01", "F02", "F03", "F09", "M01", "M05", "S07", "S09", "S10", "S11", "S13", "S15", "S17", "S18", "T01", "T03", "T04", "T06",
+    "T07", "T08", "T10", "T12", "T14", "T15", "T16", "T17", "T19",
+];
+
+/// The number with which a test's name begins, as the list writes it.
+fn number(name: &str) -> Option<String> {
+    let (first, rest) = name.split_at_checked(3)?;
+    let is_number = first.starts_with(['p', 't', 's', 'm', 'f']) && first[1..].bytes().all(|b| b.is_ascii_digit());
+    (is_number && rest.starts_with('_')).then(|| first.to_uppercase())
+}
+
+/// The names of all tests of a file: the functions that follow the attribute, whatever other attributes lie between.
+fn tests(source: &str) -> impl Iterator<Item = &str> {
+    source.split("#[test]\n").skip(1).filter_map(|after| {
+        let line = after.lines().map(str::trim).find(|line| !line.starts_with(['#', '/']))?;
+        line.strip_prefix("fn ")?.split('(').next()
+    })
+}
+
+/// Protects: no hard case is without a test of its number, and no test has a number that is none.
+#[test]
+fn every_hard_case_is_a_test() {
+    let listed: BTreeSet<String> = hard_cases().map(|case| case.number.to_owned()).collect();
+    let mut found = BTreeSet::new();
+    for path in files().into_iter().filter(|path| path.extension().is_some_and(|ending| ending == "rs")) {
+        let source = std::fs::read_to_string(root().join(&path)).expect("source is text");
+        for name in tests(&source) {
+            let Some(number) = number(name) else { continue };
+            assert!(listed.contains(&number), "{}: {name} has a number that is none", path.display());
+            found.insert(number);
+        }
+    }
+    let missing: Vec<_> = listed.difference(&found).map(String::as_str).collect();
+    assert_eq!(missing, OPEN, "cases without a test");
+}
