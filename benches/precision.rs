@@ -2,15 +2,10 @@
 //! textbook's are no part of the program; they are the comparator of its tests.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
-#[path = "../crates/bvh/tests/hard_cases/mod.rs"]
-#[expect(dead_code, reason = "the tests ask for more of it")]
-mod hard_cases;
 #[path = "support/mesh.rs"]
 mod mesh;
 #[path = "support/scenes.rs"]
 mod scenes;
-#[path = "../crates/bvh/tests/split_mix.rs"]
-mod split_mix;
 #[path = "support/threads.rs"]
 mod threads;
 
@@ -24,13 +19,13 @@ use raywright::core::bench::Spread;
 use raywright::core::bench::clock::process_seconds;
 use raywright::core::settings::{PrecisionChoice, Sampling};
 
-use hard_cases::quadrics::{extreme_distance, near_root};
-use hard_cases::sphere::{drift, far_sphere, surface};
-use hard_cases::support::{Outcome, Random, stored};
-use hard_cases::torus::far_torus;
-use hard_cases::triangles::{Aim, Mesh, cube, icosphere, leaks, leaks_of_library};
-use hard_cases::{intersect, textbook};
 use mesh::mesh;
+use raywright::bvh::stability::judge::{Outcome, Random, Rays, stored};
+use raywright::bvh::stability::quadrics::{extreme_distance, near_root};
+use raywright::bvh::stability::sphere::{drift, far_sphere, surface};
+use raywright::bvh::stability::torus::far_torus;
+use raywright::bvh::stability::triangles::{Aim, Mesh, cube, icosphere, leaks, leaks_of_library};
+use raywright::bvh::stability::{intersect, textbook};
 use scenes::{preset, ready};
 use threads::threads;
 
@@ -151,6 +146,7 @@ fn pictures() {
 
 /// What is wrong in the hard cases.
 fn cases() {
+    let shot = if std::env::var("RAYS").is_ok_and(|rays| rays == "all") { Rays::All } else { Rays::Quarter };
     let wrong = |name: &str, outcomes: [Outcome; 3]| {
         let cell = |outcome: &Outcome| match outcome.wrong {
             0 => "0".to_owned(),
@@ -162,37 +158,41 @@ fn cases() {
     wrong(
         "hits of a sphere 10 000 radii away (P01)",
         [
-            far_sphere(1e4, 8.0, textbook::intersect),
-            far_sphere::<f32>(1e4, 8.0, intersect),
-            far_sphere::<f64>(1e4, 8.0, intersect),
+            far_sphere(1e4, 8.0, shot, textbook::intersect),
+            far_sphere::<f32>(1e4, 8.0, shot, intersect),
+            far_sphere::<f64>(1e4, 8.0, shot, intersect),
         ],
     );
     wrong(
         "where the surface is at such a hit (P02)",
-        [drift(0.0, 1e4, textbook::sphere_surface), drift::<f32>(0.0, 1e4, surface), drift::<f64>(0.0, 1e4, surface)],
+        [
+            drift(0.0, 1e4, shot, textbook::sphere_surface),
+            drift::<f32>(0.0, 1e4, shot, surface),
+            drift::<f64>(0.0, 1e4, shot, surface),
+        ],
     );
     for (name, case) in [("a hyperboloid's asymptote", "hyperboloid"), ("a cone's side", "cone")] {
         let of = [
-            near_root(case, 1e-7, 1e-5, textbook::intersect),
-            near_root::<f32>(case, 1e-7, 1e-5, intersect),
-            near_root::<f64>(case, 1e-7, 1e-5, intersect),
+            near_root(case, 1e-7, 1e-5, shot, textbook::intersect),
+            near_root::<f32>(case, 1e-7, 1e-5, shot, intersect),
+            near_root::<f64>(case, 1e-7, 1e-5, shot, intersect),
         ];
         wrong(&format!("rays along {name}, but for 10⁻⁷ (P13)"), of);
     }
     wrong(
         "distance of an ellipsoid a thousand times as wide as high (P15)",
         [
-            extreme_distance(1e-3, 1e-2, textbook::intersect),
-            extreme_distance::<f32>(1e-3, 1e-2, intersect),
-            extreme_distance::<f64>(1e-3, 1e-2, intersect),
+            extreme_distance(1e-3, 1e-2, shot, textbook::intersect),
+            extreme_distance::<f32>(1e-3, 1e-2, shot, intersect),
+            extreme_distance::<f64>(1e-3, 1e-2, shot, intersect),
         ],
     );
     wrong(
         "hits of a torus a hundred radii away (P17)",
         [
-            far_torus(0.1, 100.0, 20_000, textbook::intersect),
-            far_torus::<f32>(0.1, 100.0, 20_000, intersect),
-            far_torus::<f64>(0.1, 100.0, 20_000, intersect),
+            far_torus(0.1, 100.0, 20_000, shot, textbook::intersect),
+            far_torus::<f32>(0.1, 100.0, 20_000, shot, intersect),
+            far_torus::<f64>(0.1, 100.0, 20_000, shot, intersect),
         ],
     );
     let both = |leaks: &dyn Fn(&str, &Mesh) -> Outcome| leaks("cube", &cube(16)).plus(leaks("icosphere", &icosphere(5)));
@@ -201,10 +201,10 @@ fn cases() {
         [
             both(&|name, mesh| {
                 let triangles = mesh.triangles();
-                leaks::<f32>(name, mesh, Aim::Corner, 100_000, |ray| textbook::hits_any(&triangles, ray))
+                leaks::<f32>(name, mesh, Aim::Corner, 100_000, shot, |ray| textbook::hits_any(&triangles, ray))
             }),
-            both(&|name, mesh| leaks_of_library::<f32>(name, mesh, Aim::Corner, 100_000)),
-            both(&|name, mesh| leaks_of_library::<f64>(name, mesh, Aim::Corner, 100_000)),
+            both(&|name, mesh| leaks_of_library::<f32>(name, mesh, Aim::Corner, 100_000, shot)),
+            both(&|name, mesh| leaks_of_library::<f64>(name, mesh, Aim::Corner, 100_000, shot)),
         ],
     );
 }

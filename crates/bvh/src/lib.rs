@@ -52,6 +52,7 @@ pub mod ray;
 pub mod scalar;
 pub mod shapes;
 mod slot;
+pub mod stability;
 mod stats;
 pub use aabb::{Aabb, PaddedBox};
 pub use build::{AcceleratorKind, BuildQuality, BuildWork};

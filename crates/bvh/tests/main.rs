@@ -2,7 +2,6 @@
 //! protects is told where it begins.
 
 mod builds;
-mod hard_cases;
 mod kernels;
 mod numerics;
 mod queries;

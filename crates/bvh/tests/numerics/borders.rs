@@ -4,7 +4,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Cone, Cylinder, Disk, Ends, Hyperboloid, Paraboloid, Quad};
 use raywright_bvh::{Interval, PreparedRay, Real, Shape, Side};
 
-use super::support::{Random, Verdict, exact, hex, hit, judge, ray, stored, towards, ulp};
+use super::support::{Expect, Random, Verdict, exact, hex, hit, judge, ray, stored, towards, ulp};
 
 const STEPS: [f64; 7] = [0.0, 1.0, -1.0, 4.0, -4.0, 64.0, -64.0];
 

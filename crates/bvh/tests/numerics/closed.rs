@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Quad, Sphere, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
-use super::support::{Random, Verdict, exact, hex, judge, stored, towards, ulp};
+use super::support::{Expect, Random, Verdict, exact, hex, judge, stored, towards, ulp};
 
 const GAP: f64 = 1e-4;
 

@@ -8,7 +8,7 @@ use raywright_bvh::shapes::{AnyShape, Sphere, Torus};
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use super::stated::shapes;
-use super::support::{Outcome, Random, U, Verdict, exact, hex, judge, stored, towards, ulp};
+use super::support::{Expect, Outcome, Random, U, Verdict, exact, hex, judge, stored, towards, ulp};
 
 /// The shapes whose tests solve an equation; the flat ones have tests of their own.
 const CURVED: [&str; 10] =

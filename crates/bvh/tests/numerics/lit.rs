@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
-use super::support::{Random, Verdict, exact, hex, judge, towards};
+use super::support::{Expect, Random, Verdict, exact, hex, judge, towards};
 
 /// A light, the ceiling that holds it in its own plane, and a wall that crosses neither.
 struct Room {

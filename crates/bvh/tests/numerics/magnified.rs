@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3};
 use raywright_bvh::shapes::{AnyShape, Quad, TransformedShape};
 use raywright_bvh::{Interval, PreparedRay, Ray, Side};
 
-use super::support::{Verdict, hex, judge};
+use super::support::{Expect, Verdict, hex, judge};
 
 /// Protects: the share of the error bound for the way back into object space. A map that flattens within the plane of a face
 /// leaves the face's normal as long as it is, while the roundings of the way back are as large as the map is flat: along any

@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Ends, Quad, Sphere, Torus, TransformedShape, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Side, Surface, Visibility};
 
-use super::support::{Random, U, Verdict, exact, hex, judge, stored, towards};
+use super::support::{Expect, Random, U, Verdict, exact, hex, judge, stored, towards};
 
 /// Scales from a thousandth to a thousand in each axis, sheared, turned and, every other time, mirrored.
 fn map(random: &mut Random) -> DAffine3 {

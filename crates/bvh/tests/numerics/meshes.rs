@@ -5,7 +5,7 @@ use raywright_bvh::shapes::{Quad, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vector, Visibility};
 
 use super::sharp::{back, flattening, is_thin};
-use super::support::{Outcome, Random, Verdict, hex, judge, stored, towards};
+use super::support::{Expect, Outcome, Random, Verdict, hex, judge, stored, towards};
 
 /// A convex body about the origin by its faces, each of three corners or, a parallelogram, of four, seen from outside.
 struct Body {

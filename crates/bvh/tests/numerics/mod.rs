@@ -21,7 +21,7 @@ mod sizes;
 mod spawned;
 mod sphere;
 mod stated;
+mod support;
 mod torus;
+mod traversal;
 mod triangles;
-
-use crate::hard_cases::support;

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility};
 
-use super::support::{Verdict, hex, judge, stored};
+use super::support::{Expect, Verdict, hex, judge, stored};
 
 /// So many units a metre have the ends of the way.
 const UNIT: f64 = 4_294_967_296.0;

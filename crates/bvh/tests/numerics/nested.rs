@@ -6,7 +6,7 @@ use raywright_bvh::shapes::{AnyShape, Ellipsoid, Sphere};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vector, Visibility};
 
 use super::sharp::{back, flattening, is_thin};
-use super::support::{Outcome, Random, Verdict, hex, judge, stored, towards};
+use super::support::{Expect, Outcome, Random, Verdict, hex, judge, stored, towards};
 
 /// A ball of radius 1 or an egg that is as thick at least, about the origin, by its semi-axes.
 fn round<R: Real>(semi_axes: DVec3) -> AnyShape<R> {

@@ -5,7 +5,7 @@ use raywright_bvh::shapes::{Plane, TransformedShape};
 use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 
 use super::stated::shapes;
-use super::support::{U, Verdict, exact, hex, hit, judge, ray, stored, ulp};
+use super::support::{Expect, U, Verdict, exact, hex, hit, judge, ray, stored, ulp};
 
 /// Protects: the same hit whatever the length of the direction, for every shape, in the world and placed. The oracle has the same direction
 /// with length one, in f64; a ray that changes its mind when moved by a billionth is not judged.

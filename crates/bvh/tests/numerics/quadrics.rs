@@ -4,9 +4,9 @@ use glam::DVec3;
 use raywright_bvh::shapes::{Cone, Cylinder, Ellipsoid, Ends};
 use raywright_bvh::{Interval, PreparedRay, Shape, Side};
 
-use super::support::{U, Verdict, exact, hex, hit, judge, ray, stored, textbook_share, towards};
-use crate::hard_cases::quadrics::{body, extreme, extreme_distance, near_root};
-use crate::hard_cases::{intersect, textbook};
+use super::support::{Expect, U, Verdict, exact, hex, hit, judge, ray, rays, stored, textbook_share, towards};
+use raywright_bvh::stability::quadrics::{body, extreme, extreme_distance, near_root};
+use raywright_bvh::stability::{intersect, textbook};
 
 /// Protects: rays nearly along a cylinder, from inside and outside: points on the wall, and along the axis the cap instead.
 #[test]
@@ -94,7 +94,7 @@ fn p12_cone_tip_and_other_nappe() {
 fn p13_vanishing_leading_coefficient() {
     for case in ["cone", "hyperboloid"] {
         for deviation in [1e-1, 1e-3, 1e-5, 1e-7, 0.0] {
-            near_root::<f32>(case, deviation, 1e-5, intersect).expect_right(5_000);
+            near_root::<f32>(case, deviation, 1e-5, rays(), intersect).expect_right(5_000);
         }
     }
 }
@@ -106,7 +106,7 @@ const EXTREMES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
 #[test]
 fn p15_extreme_ellipsoids() {
     for k in EXTREMES {
-        extreme_distance::<f32>(k, 1e-3, intersect).expect_right(190_000);
+        extreme_distance::<f32>(k, 1e-3, rays(), intersect).expect_right(190_000);
     }
 }
 
@@ -114,7 +114,7 @@ fn p15_extreme_ellipsoids() {
 #[test]
 fn p16_extreme_normals() {
     for k in EXTREMES {
-        let outcome = extreme::<f32>(k, 0.98, |semi, shape, o, d| {
+        let outcome = extreme::<f32>(k, 0.98, rays(), |semi, shape, o, d| {
             let ray = ray::<f32>(o, d);
             let Some((_, p)) = body(o, d, semi) else { return Verdict::Skip };
             let gradient = (p / (semi * semi)).normalize();
@@ -144,17 +144,17 @@ fn p16_extreme_normals() {
 fn textbook_loses_vanishing_coefficients_and_extremes() {
     let [hyperboloid, cone] = ["hyperboloid", "cone"].map(|case| {
         textbook_share([
-            near_root(case, 1e-7, 1e-5, textbook::intersect),
-            near_root::<f32>(case, 1e-7, 1e-5, intersect),
-            near_root::<f64>(case, 1e-7, 1e-5, intersect),
+            near_root(case, 1e-7, 1e-5, rays(), textbook::intersect),
+            near_root::<f32>(case, 1e-7, 1e-5, rays(), intersect),
+            near_root::<f64>(case, 1e-7, 1e-5, rays(), intersect),
         ])
     });
     let worst = hyperboloid.max(cone);
     assert!(worst > 0.2, "P13 at 1e-7: only {worst} wrong");
     let extreme = textbook_share([
-        extreme_distance(1e-3, 1e-2, textbook::intersect),
-        extreme_distance::<f32>(1e-3, 1e-2, intersect),
-        extreme_distance::<f64>(1e-3, 1e-2, intersect),
+        extreme_distance(1e-3, 1e-2, rays(), textbook::intersect),
+        extreme_distance::<f32>(1e-3, 1e-2, rays(), intersect),
+        extreme_distance::<f64>(1e-3, 1e-2, rays(), intersect),
     ]);
     assert!(extreme > 0.1, "P15 at 1e-3: only {extreme} wrong");
 }

@@ -6,7 +6,7 @@ use raywright_bvh::shapes::{AnyShape, Ellipsoid, Sphere, Torus};
 use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Occlusion, PrimitiveSet, Ray, Real, Side, Visibility};
 
 use super::stated::shapes;
-use super::support::{Random, Verdict, exact, hex, judge, stored, towards};
+use super::support::{Expect, Random, Verdict, exact, hex, judge, stored, towards};
 
 /// Every hit is shown to the caller.
 const ASKED: Visibility = Visibility { side: Side::Both, occlusion: Occlusion::Ask };

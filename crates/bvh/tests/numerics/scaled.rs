@@ -6,7 +6,7 @@ use raywright_bvh::shapes::{AnyShape, Sphere};
 use raywright_bvh::{AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side, Vector, Visibility};
 
 use super::stated::sized;
-use super::support::{Random, Verdict, exact, hex, judge, stored};
+use super::support::{Expect, Random, Verdict, exact, hex, judge, stored};
 
 /// Exponents of two from a billionth to a billion.
 const EXPONENTS: [i32; 8] = [-30, -20, -7, -1, 1, 7, 20, 30];

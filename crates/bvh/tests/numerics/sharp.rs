@@ -6,7 +6,7 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
 use super::edged::{Edged, edged, round};
 use super::mapped::solved;
-use super::support::{Outcome, Random, Verdict, exact, hex, judge, stored, towards};
+use super::support::{Expect, Outcome, Random, Verdict, exact, hex, judge, stored, towards};
 
 /// A map that flattens by a factor across a direction aslant to everything, turned and moved.
 pub fn flattening(random: &mut Random, by: f64) -> DAffine3 {

@@ -9,7 +9,7 @@ use raywright_bvh::shapes::{
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use super::stated::shapes;
-use super::support::{Random, Verdict, exact, hex, judge, stored, towards};
+use super::support::{Expect, Random, Verdict, exact, hex, judge, stored, towards};
 
 /// The same shape, all its lengths times a power of two, which rounds nothing.
 fn times<R: Real>(shape: &AnyShape<R>, by: f64) -> AnyShape<R> {

@@ -8,9 +8,9 @@ use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side, Surface, Visibility,
 };
 
-use crate::hard_cases::textbook;
+use raywright_bvh::stability::textbook;
 
-use super::support::{Outcome, Random, U, Verdict, exact, hex, judge, stored, towards};
+use super::support::{Expect, Outcome, Random, U, Verdict, exact, hex, judge, stored, towards};
 
 /// ± a power of ten with an exponent evenly in ±`decades`.
 fn power(random: &mut Random, decades: f64) -> f64 {

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use raywright_bvh::{Interval, PreparedRay, Shape, Side, Vector};
 
-use super::support::{Verdict, exact, hex, hit, judge, textbook_share, towards, ulp};
-use crate::hard_cases::sphere::{drift, far_sphere, pass, sphere, surface};
-use crate::hard_cases::{intersect, textbook};
+use super::support::{Expect, Verdict, exact, hex, hit, judge, rays, textbook_share, towards, ulp};
+use raywright_bvh::stability::sphere::{drift, far_sphere, pass, sphere, surface};
+use raywright_bvh::stability::{intersect, textbook};
 
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
@@ -13,8 +13,8 @@ const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 #[test]
 fn p01_far_sphere() {
     for ratio in RATIOS {
-        far_sphere::<f32>(ratio, 2.0, intersect).expect_right(199_000);
-        far_sphere::<f64>(ratio, 16.0, intersect).expect_right(199_000);
+        far_sphere::<f32>(ratio, 2.0, rays(), intersect).expect_right(199_000);
+        far_sphere::<f64>(ratio, 16.0, rays(), intersect).expect_right(199_000);
     }
 }
 
@@ -23,7 +23,7 @@ fn p01_far_sphere() {
 fn p02_hit_point_stays_on_the_sphere() {
     for offset in [0.0, 1e3, 1e5] {
         for ratio in RATIOS {
-            drift::<f32>(offset, ratio, surface).expect_right(49_000);
+            drift::<f32>(offset, ratio, rays(), surface).expect_right(49_000);
         }
     }
 }
@@ -134,15 +134,15 @@ fn p05_tiny_and_giant_together() {
 #[test]
 fn textbook_misses_far_spheres() {
     let missed = textbook_share([
-        far_sphere(1e4, 8.0, textbook::intersect),
-        far_sphere::<f32>(1e4, 8.0, intersect),
-        far_sphere::<f64>(1e4, 8.0, intersect),
+        far_sphere(1e4, 8.0, rays(), textbook::intersect),
+        far_sphere::<f32>(1e4, 8.0, rays(), intersect),
+        far_sphere::<f64>(1e4, 8.0, rays(), intersect),
     ]);
     assert!(missed > 0.1, "P01 at 1e4: only {missed} wrong");
     let drifted = textbook_share([
-        drift(0.0, 1e4, textbook::sphere_surface),
-        drift::<f32>(0.0, 1e4, surface),
-        drift::<f64>(0.0, 1e4, surface),
+        drift(0.0, 1e4, rays(), textbook::sphere_surface),
+        drift::<f32>(0.0, 1e4, rays(), surface),
+        drift::<f64>(0.0, 1e4, rays(), surface),
     ]);
     assert!(drifted > 0.5, "P02 at 1e4: only {drifted} wrong");
 }

@@ -7,7 +7,7 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
-use super::support::{Outcome, Verdict, exact, hex, judge, stored, towards};
+use super::support::{Expect, Outcome, Verdict, exact, hex, judge, stored, towards};
 
 /// One of each shape, from the same f32 numbers in every precision.
 pub fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>)> {

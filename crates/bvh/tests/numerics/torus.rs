@@ -4,16 +4,16 @@ use glam::DVec3;
 use raywright_bvh::shapes::Torus;
 use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 
-use super::support::{U, Verdict, hex, judge, stored, textbook_share, towards};
-use crate::hard_cases::torus::{far_torus, torus};
-use crate::hard_cases::{intersect, textbook};
+use super::support::{Expect, U, Verdict, hex, judge, rays, stored, textbook_share, towards};
+use raywright_bvh::stability::torus::{far_torus, torus};
+use raywright_bvh::stability::{intersect, textbook};
 
 /// Protects: the torus from 3 to 1000 radii away, thick and thin.
 #[test]
 fn p17_far_torus() {
     for tube in [0.3, 0.1, 0.01] {
         for far in [3.0, 10.0, 100.0, 1000.0] {
-            far_torus::<f32>(tube, far, 40_000, intersect).expect_right(39_900);
+            far_torus::<f32>(tube, far, 40_000, rays(), intersect).expect_right(39_900);
         }
     }
 }
@@ -90,9 +90,9 @@ fn p18_even_from_outside() {
 #[test]
 fn textbook_loses_far_tori() {
     let wrong = textbook_share([
-        far_torus(0.1, 100.0, 20_000, textbook::intersect),
-        far_torus::<f32>(0.1, 100.0, 20_000, intersect),
-        far_torus::<f64>(0.1, 100.0, 20_000, intersect),
+        far_torus(0.1, 100.0, 20_000, rays(), textbook::intersect),
+        far_torus::<f32>(0.1, 100.0, 20_000, rays(), intersect),
+        far_torus::<f64>(0.1, 100.0, 20_000, rays(), intersect),
     ]);
     assert!(wrong > 0.25, "P17 at 100: only {wrong} wrong");
 }

@@ -4,10 +4,10 @@ use glam::DVec3;
 use raywright_bvh::shapes::Triangle;
 use raywright_bvh::{PreparedRay, Real, Shape};
 
-use crate::hard_cases::textbook;
-use crate::hard_cases::triangles::{Aim, Mesh, cube, icosphere, leaks, leaks_of_library};
+use raywright_bvh::stability::textbook;
+use raywright_bvh::stability::triangles::{Aim, Mesh, cube, icosphere, leaks, leaks_of_library};
 
-use super::support::{Outcome, Random, Verdict, exact, hex, hit, judge, stored, textbook_share, towards, ulp};
+use super::support::{Expect, Outcome, Random, Verdict, exact, hex, hit, judge, rays, stored, textbook_share, towards, ulp};
 
 fn triangle<R: Real>(corners: [DVec3; 3]) -> Triangle<R> {
     Triangle::new(corners.map(stored::<R>))
@@ -97,16 +97,6 @@ fn p20_nearly_parallel_rays() {
     .expect_right(50_000);
 }
 
-impl Mesh {
-    /// With every face turned over, or every second.
-    fn turned(mut self, every: usize) -> Self {
-        for face in self.faces.iter_mut().step_by(every) {
-            face.swap(1, 2);
-        }
-        self
-    }
-}
-
 const AIMS: [Aim; 4] = [Aim::Corner, Aim::Edge, Aim::FromCentre, Aim::Anywhere];
 
 /// Protects: no ray gets out of a closed mesh through an edge or a corner.
@@ -114,7 +104,7 @@ const AIMS: [Aim; 4] = [Aim::Corner, Aim::Edge, Aim::FromCentre, Aim::Anywhere];
 fn p21_no_leaks() {
     for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
         for aim in AIMS {
-            leaks_of_library::<f32>(name, &mesh, aim, 1_000_000).expect_right(1_000_000);
+            leaks_of_library::<f32>(name, &mesh, aim, 1_000_000, rays()).expect_right(1_000_000);
         }
     }
 }
@@ -124,7 +114,7 @@ fn p21_no_leaks() {
 fn p21_no_leaks_in_reference() {
     for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
         for aim in AIMS {
-            leaks_of_library::<f64>(name, &mesh, aim, 100_000).expect_right(100_000);
+            leaks_of_library::<f64>(name, &mesh, aim, 100_000, rays()).expect_right(100_000);
         }
     }
 }
@@ -136,7 +126,7 @@ fn p22_no_leaks_in_either_winding() {
         for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
             let mesh = mesh.turned(every);
             for aim in AIMS {
-                leaks_of_library::<f32>(name, &mesh, aim, 1_000_000).expect_right(1_000_000);
+                leaks_of_library::<f32>(name, &mesh, aim, 1_000_000, rays()).expect_right(1_000_000);
             }
         }
     }
@@ -149,10 +139,10 @@ fn textbook_triangles_leak() {
     let leaking = textbook_share([
         both(&|name, mesh| {
             let triangles = mesh.triangles();
-            leaks(name, mesh, Aim::Corner, 100_000, |ray| textbook::hits_any(&triangles, ray))
+            leaks(name, mesh, Aim::Corner, 100_000, rays(), |ray| textbook::hits_any(&triangles, ray))
         }),
-        both(&|name, mesh| leaks_of_library::<f32>(name, mesh, Aim::Corner, 100_000)),
-        both(&|name, mesh| leaks_of_library::<f64>(name, mesh, Aim::Corner, 100_000)),
+        both(&|name, mesh| leaks_of_library::<f32>(name, mesh, Aim::Corner, 100_000, rays())),
+        both(&|name, mesh| leaks_of_library::<f64>(name, mesh, Aim::Corner, 100_000, rays())),
     ]);
     assert!(leaking > 0.01, "P21: only {leaking} leak");
 }

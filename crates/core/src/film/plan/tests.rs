@@ -38,19 +38,24 @@ fn samples_are_spread_evenly_over_replicates() {
     }
 }
 
-/// Protects: tiles cover each pixel of the film once, whether or not their edge divides the picture's.
+/// Protects: tiles cover each pixel of the film once, whether or not their edge divides the picture's, which may be a pixel, a row, or of primes.
 #[test]
-fn tiles_cover_the_film_once() {
-    for size in [1, 7, 32, 1000] {
-        let settings = Settings { size: [65, 33], tile_size: size, ..Settings::of(&Scene::default()) };
+fn f09_tiles_cover_the_film_once() {
+    for (picture, size) in
+        [[65, 33], [1, 1], [1, 97], [101, 1], [61, 53]].into_iter().flat_map(|p| [1, 7, 32, 1000].map(|s| (p, s)))
+    {
+        let settings = Settings { size: picture, tile_size: size, ..Settings::of(&Scene::default()) };
         let plan = Plan::new(&settings, false);
         let mut covered = vec![0; plan.pixels()];
         for tile in (0..plan.tiles()).map(|index| plan.tile(index)) {
             for y in tile.y..tile.y + tile.height {
-                (tile.x..tile.x + tile.width).for_each(|x| covered[(y * 65 + x) as usize] += 1);
+                (tile.x..tile.x + tile.width).for_each(|x| covered[(y * picture[0] + x) as usize] += 1);
             }
         }
-        assert!(covered.iter().all(|&n| n == 1), "tiles of {size}");
+        assert!(
+            covered.len() as u32 == picture[0] * picture[1] && covered.iter().all(|&n| n == 1),
+            "{picture:?} in tiles of {size}"
+        );
     }
 }
 

@@ -1,11 +1,11 @@
 //! P01, P02: spheres far away, and where their surface is said to be.
 
+use crate::shapes::Sphere;
+use crate::{PreparedRay, Ray, Real, Shape, Surface, Vector};
 use glam::DVec3;
-use raywright_bvh::shapes::Sphere;
-use raywright_bvh::{PreparedRay, Ray, Real, Shape, Surface, Vector};
 
 use super::Intersect;
-use super::support::{Outcome, Verdict, exact, hex, hit, judge, stored, towards, ulp};
+use super::judge::{Outcome, Rays, Verdict, exact, hex, hit, judge, stored, towards, ulp};
 
 /// The surface where an arithmetic has a ray meet a sphere.
 pub type Surfaces<R> = fn(&Sphere<R>, &Ray<R>) -> Option<Surface<R>>;
@@ -17,11 +17,15 @@ pub fn surface<R: Real>(sphere: &Sphere<R>, ray: &Ray<R>) -> Option<Surface<R>> 
 
 /// How the line of an exact ray passes a sphere: distance from the centre, and distances along the ray (true lengths) of
 /// the two crossings if it does. In f64 from the perpendicular.
+#[derive(Clone, Copy, Debug)]
 pub struct Pass {
+    /// Of the line from the centre.
     pub distance: f64,
+    /// Distances along the ray of the crossings.
     pub roots: Option<[f64; 2]>,
 }
 
+/// How an exact ray passes a sphere.
 pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> Pass {
     let f = o - centre;
     let length = d.length();
@@ -31,14 +35,15 @@ pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> Pass {
     Pass { distance, roots: (distance <= radius).then_some([middle * length - half, middle * length + half]) }
 }
 
+/// A sphere whose numbers are rounded to storage.
 pub fn sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
     Sphere { centre: stored::<R>(centre), radius: R::from_f64(radius) }
 }
 
 /// Rays over a disc of 1.05 radii from `ratio` radii away; a point off the surface by more than `bound` of u·(D + C), with u
 /// that of the stored scalar, is wrong, and so is a hit or miss that the oracle's margin contradicts.
-pub fn far_sphere<R: Real>(ratio: f64, bound: f64, intersect: Intersect<R>) -> Outcome {
-    judge(&format!("P01 {ratio:e}"), 1 + ratio as u64, 200_000, |random| {
+pub fn far_sphere<R: Real>(ratio: f64, bound: f64, rays: Rays, intersect: Intersect<R>) -> Outcome {
+    judge(&format!("P01 {ratio:e}"), 1 + ratio as u64, 200_000, rays, |random| {
         let out = random.direction();
         let ray = towards::<R>(out * ratio, random.disc(out, 1.05));
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
@@ -67,8 +72,8 @@ pub fn far_sphere<R: Real>(ratio: f64, bound: f64, intersect: Intersect<R>) -> O
 }
 
 /// Points of the surface from 2 to 1e6 radii away, around the origin and far from it.
-pub fn drift<R: Real>(offset: f64, ratio: f64, surface: Surfaces<R>) -> Outcome {
-    judge(&format!("P02 at {offset:e}, {ratio:e} away"), 2 + ratio as u64, 50_000, |random| {
+pub fn drift<R: Real>(offset: f64, ratio: f64, rays: Rays, surface: Surfaces<R>) -> Outcome {
+    judge(&format!("P02 at {offset:e}, {ratio:e} away"), 2 + ratio as u64, 50_000, rays, |random| {
         let centre = exact(random.direction() * offset);
         let out = random.direction();
         let ray = towards::<R>(centre + out * ratio, centre + random.disc(out, 0.98));

@@ -1,15 +1,15 @@
 //! P13, P15: rays along which a leading coefficient vanishes, and ellipsoids of extreme shape.
 
+use crate::shapes::{Cone, Ellipsoid, Hyperboloid};
+use crate::{Real, Vector};
 use glam::DVec3;
-use raywright_bvh::shapes::{Cone, Ellipsoid, Hyperboloid};
-use raywright_bvh::{Real, Vector};
 
 use super::Intersect;
-use super::support::{Outcome, Verdict, exact, hex, judge, ray, stored};
+use super::judge::{Outcome, Rays, Verdict, exact, hex, judge, ray, stored};
 
 /// The near root where the leading coefficient nearly vanishes; the relative error counts.
-pub fn near_root<R: Real>(case: &str, deviation: f64, bound: f64, intersect: Intersect<R>) -> Outcome {
-    judge(&format!("P13 {case} {deviation:e}"), 23, 200_000, |random| {
+pub fn near_root<R: Real>(case: &str, deviation: f64, bound: f64, rays: Rays, intersect: Intersect<R>) -> Outcome {
+    judge(&format!("P13 {case} {deviation:e}"), 23, 200_000, rays, |random| {
         let cone = case == "cone";
         // A generator of the cone of radius 3 and height 4 under its tip, and an asymptote of the hyperboloid a = c = 1:
         // both exact in f32, and so is each with a component changed.
@@ -88,10 +88,15 @@ pub fn body(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
 }
 
 /// Rays at an extreme ellipsoid from ten times its size, aimed at the body within `share` of it.
-pub fn extreme<R: Real>(k: f64, share: f64, f: impl Fn(DVec3, &Ellipsoid<R>, DVec3, DVec3) -> Verdict + Sync) -> Outcome {
+pub fn extreme<R: Real>(
+    k: f64,
+    share: f64,
+    rays: Rays,
+    f: impl Fn(DVec3, &Ellipsoid<R>, DVec3, DVec3) -> Verdict + Sync,
+) -> Outcome {
     let semi = exact(DVec3::new(1.0, 1.0, k));
     let shape = Ellipsoid::<R> { centre: stored::<R>(DVec3::ZERO), semi_axes: stored::<R>(semi) };
-    judge(&format!("k = {k:e}"), 25 + k.to_bits() % 97, 200_000, |random| {
+    judge(&format!("k = {k:e}"), 25 + k.to_bits() % 97, 200_000, rays, |random| {
         let out = random.direction();
         let origin = exact(out * (10.0 * semi.max_element()));
         // Over the outline: the unit disc across the ray in the space of the unit sphere.
@@ -101,8 +106,9 @@ pub fn extreme<R: Real>(k: f64, share: f64, f: impl Fn(DVec3, &Ellipsoid<R>, DVe
     })
 }
 
-pub fn extreme_distance<R: Real>(k: f64, bound: f64, intersect: Intersect<R>) -> Outcome {
-    extreme::<R>(k, 0.98, |semi, shape, o, d| {
+/// The distance of such ellipsoids; wrong are misses, and distances off by more than `bound` of the least axis.
+pub fn extreme_distance<R: Real>(k: f64, bound: f64, rays: Rays, intersect: Intersect<R>) -> Outcome {
+    extreme::<R>(k, 0.98, rays, |semi, shape, o, d| {
         let ray = ray::<R>(o, d);
         let Some((t, _)) = body(o, d, semi) else { return Verdict::Skip };
         match intersect(&(*shape).into(), &ray) {

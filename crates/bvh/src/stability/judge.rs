@@ -1,14 +1,11 @@
-//! Seeded rays judged in parallel, and how a failure is printed.
+//! Seeded rays judged in parallel, and what came out.
 
 use core::fmt::Write;
-use std::env;
-use std::sync::LazyLock;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, ShapeHit, Side, Vector};
 
-use crate::split_mix::step;
+use crate::{Interval, PreparedRay, Ray, Real, Shape, ShapeHit, Side, Vector};
 
 /// Unit roundoff of f32.
 pub const U: f64 = 5.960_464_477_539_063e-8;
@@ -19,13 +16,16 @@ pub fn ulp(x: f64) -> f64 {
     f64::from(x.next_up()) - f64::from(x)
 }
 
-/// A small generator (SplitMix64), seeded by case and ray, so that each ray can be repeated by itself.
+/// A small generator (SplitMix64: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014), seeded by case and ray, so
+/// that each ray can be repeated by itself.
+#[derive(Debug)]
 pub struct Random {
     state: u64,
     index: u64,
 }
 
 impl Random {
+    /// The numbers of a case's ray.
     pub fn new(seed: u64, index: u64) -> Self {
         let state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index.wrapping_mul(0xd6e8_feb8_6659_fd93);
         let mut random = Self { state, index };
@@ -36,19 +36,27 @@ impl Random {
     pub fn index(&self) -> u64 {
         self.index
     }
+    /// 64 bits.
     pub fn bits(&mut self) -> u64 {
-        step(&mut self.state)
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = self.state;
+        let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
     }
     /// In [0, 1).
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
+    /// In [low, high).
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
+    /// One of some.
     pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[(self.bits() % from.len() as u64) as usize]
     }
+    /// 1 or −1.
     pub fn sign(&mut self) -> f64 {
         if self.bits() & 1 == 0 { 1.0 } else { -1.0 }
     }
@@ -106,6 +114,7 @@ pub fn hex<R: Real>(ray: &Ray<R>) -> String {
 }
 
 /// What an oracle says of one ray.
+#[derive(Debug)]
 pub enum Verdict {
     /// Right; with the error as a share of the bound.
     Right(f64),
@@ -138,45 +147,56 @@ impl Verdict {
     }
 }
 
-/// How many rays of a case are shot: all where the variable `RAYS` says `all`, which takes minutes of one core, a quarter
-/// otherwise, but of small cases all in either case.
-fn shot(count: u32) -> u32 {
-    static ALL: LazyLock<bool> = LazyLock::new(|| env::var("RAYS").is_ok_and(|rays| rays == "all"));
-    if *ALL { count } else { (count / 4).max(10_000).min(count) }
+/// How many rays of a case are shot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rays {
+    /// A quarter, but of small cases all.
+    #[default]
+    Quarter,
+    /// All, which takes minutes of one core.
+    All,
+}
+
+impl Rays {
+    /// Of so many.
+    pub fn of(self, count: u32) -> u32 {
+        match self {
+            Self::Quarter => (count / 4).max(10_000).min(count),
+            Self::All => count,
+        }
+    }
 }
 
 /// The sum of many verdicts.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Outcome {
+    /// Name of the case.
     pub case: String,
-    /// How many rays the case has, and how many of them were shot.
+    /// How many rays the case has.
     pub rays: u64,
+    /// How many of them were shot.
     pub shot: u64,
+    /// How many an oracle judged.
     pub judged: u64,
+    /// How many were too close for the oracle to call.
     pub band: u64,
+    /// How many were wrong.
     pub wrong: u64,
+    /// How many had nothing to judge.
     pub skipped: u64,
     /// Greatest error as a share of its bound, of the right ones.
     pub worst: f64,
+    /// The first wrong ray by its place, with its bits.
     pub first: Option<(u64, String)>,
 }
 
 impl Outcome {
-    /// Nothing wrong, at least `least` of all rays judged (as many of those shot as their share is), and at most one in a thousand too
-    /// close to call.
-    pub fn expect_right(&self, least: u64) {
-        let Self { case, rays, shot, judged, band, wrong, skipped, worst, .. } = self;
-        eprintln!("{case}: {judged} judged, {band} in the band, {skipped} skipped, {wrong} wrong, worst {worst:.3} of the bound");
-        if let Some((index, message)) = &self.first {
-            panic!("{case}: {wrong} of {judged} wrong; first at {index}: {message}");
-        }
-        assert!(*judged >= (least * shot).div_ceil(*rays), "{case}: only {judged} of {shot} judged");
-        assert!(band * 1000 <= judged + band, "{case}: {band} of {judged} in the band");
-    }
     /// Share of wrong ones.
     pub fn wrong_share(&self) -> f64 {
         self.wrong as f64 / (self.judged as f64).max(1.0)
     }
+    /// Both together, by the first one's name.
+    #[must_use]
     pub fn plus(self, other: Self) -> Self {
         let first = match (self.first, other.first) {
             (Some(a), Some(b)) => Some(if a.0 <= b.0 { a } else { b }),
@@ -196,20 +216,12 @@ impl Outcome {
     }
 }
 
-/// Share that the textbook's formulas get wrong, printed beside those of `robust` and `reference` on the same rays.
-pub fn textbook_share(outcomes: [Outcome; 3]) -> f64 {
-    let [textbook, robust, reference] = outcomes.each_ref().map(|outcome| 100.0 * outcome.wrong_share());
-    let case = &outcomes[0].case;
-    eprintln!("{case}: the textbook is wrong in {textbook:.3} %, robust in {robust:.3} %, reference in {reference:.3} %");
-    outcomes[0].wrong_share()
-}
-
-/// Judges the rays of a case that has `count`, in parallel, each with its own random numbers; which are shot [`shot`] says.
-pub fn judge(case: &str, seed: u64, count: u32, f: impl Fn(&mut Random) -> Verdict + Sync) -> Outcome {
+/// Judges the rays of a case that has `count`, in parallel, each with its own random numbers.
+pub fn judge(case: &str, seed: u64, count: u32, rays: Rays, f: impl Fn(&mut Random) -> Verdict + Sync) -> Outcome {
     let empty =
         Outcome { case: case.to_owned(), rays: 0, shot: 0, judged: 0, band: 0, wrong: 0, skipped: 0, worst: 0.0, first: None };
     let none = || empty.clone();
-    let shot = shot(count);
+    let shot = rays.of(count);
     let outcome = (0..shot)
         .into_par_iter()
         .with_min_len(512)

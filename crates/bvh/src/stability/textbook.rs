@@ -1,8 +1,8 @@
 //! The comparator: intersections as textbooks write them, all in f32. The library has none of them; they show what it costs to do without care.
 
+use crate::shapes::{AnyShape, Cone, Ellipsoid, Hyperboloid, Sphere, Torus, Triangle};
+use crate::{Ray, Surface};
 use glam::Vec3;
-use raywright_bvh::shapes::{AnyShape, Cone, Ellipsoid, Hyperboloid, Sphere, Torus, Triangle};
-use raywright_bvh::{Ray, Surface};
 
 /// Distances at which a ray goes into a body and out of it.
 type Crossings = [f32; 2];
@@ -156,4 +156,13 @@ fn triangle(face: &Triangle<f32>, ray: &Ray<f32>) -> Option<f32> {
 /// Whether a ray meets any of some triangles.
 pub fn hits_any(triangles: &[Triangle<f32>], ray: &Ray<f32>) -> bool {
     triangles.iter().any(|face| triangle(face, ray).is_some())
+}
+
+/// The slab test that clamps the reciprocal of a direction's component to 2²³ in f32, so that no zero is divided by.
+pub fn enters_clamped([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
+    const MOST: f32 = 8_388_608.0;
+    let inverse = ray.direction.map(|d| (1.0 / d).clamp(-MOST, MOST));
+    let (a, b) = ((min - ray.origin) * inverse, (max - ray.origin) * inverse);
+    let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
+    near.max(0.0) <= far
 }

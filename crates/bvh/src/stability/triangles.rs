@@ -1,14 +1,17 @@
 //! P21: closed meshes, whose edges and corners let no ray through.
 
+use crate::shapes::Triangle;
+use crate::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Visibility};
 use glam::{DVec3, Vec3};
-use raywright_bvh::shapes::Triangle;
-use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Visibility};
 
-use super::support::{Outcome, Verdict, exact, hex, judge, ray, stored, towards};
+use super::judge::{Outcome, Rays, Verdict, exact, hex, judge, ray, stored, towards};
 
 /// A closed mesh of corners and triangles.
+#[derive(Clone, Debug)]
 pub struct Mesh {
+    /// Places of corners.
     pub corners: Vec<Vec3>,
+    /// Three corners each, counter-clockwise from without.
     pub faces: Vec<[usize; 3]>,
 }
 
@@ -84,6 +87,15 @@ impl Mesh {
         self.faces.iter().map(|face| Triangle::new(corners(face))).collect()
     }
 
+    /// With every face turned over, or every second.
+    #[must_use]
+    pub fn turned(mut self, every: usize) -> Self {
+        for face in self.faces.iter_mut().step_by(every) {
+            face.swap(1, 2);
+        }
+        self
+    }
+
     /// In a tree.
     pub fn geometry<R: Real>(&self) -> Geometry<R> {
         let mut group = PrimitiveSet::<R>::default();
@@ -94,17 +106,29 @@ impl Mesh {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What rays are aimed at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aim {
+    /// At a corner.
     Corner,
+    /// At an edge.
     Edge,
+    /// From the exact centre, at either.
     FromCentre,
+    /// At nothing.
     Anywhere,
 }
 
 /// Rays from inside a closed mesh; each must hit.
-pub fn leaks<R: Real>(name: &str, mesh: &Mesh, aim: Aim, count: u32, hits: impl Fn(&Ray<R>) -> bool + Sync) -> Outcome {
-    judge(&format!("P21 {name} {aim:?}"), 60 + aim as u64, count, |random| {
+pub fn leaks<R: Real>(
+    name: &str,
+    mesh: &Mesh,
+    aim: Aim,
+    count: u32,
+    rays: Rays,
+    hits: impl Fn(&Ray<R>) -> bool + Sync,
+) -> Outcome {
+    judge(&format!("P21 {name} {aim:?}"), 60 + aim as u64, count, rays, |random| {
         let face = mesh.faces[(random.bits() % mesh.faces.len() as u64) as usize];
         let corner = |i: usize| mesh.corners[face[i]].as_dvec3();
         let along = random.unit();
@@ -123,7 +147,7 @@ pub fn leaks<R: Real>(name: &str, mesh: &Mesh, aim: Aim, count: u32, hits: impl 
 }
 
 /// The same of the library.
-pub fn leaks_of_library<R: Real>(name: &str, mesh: &Mesh, aim: Aim, count: u32) -> Outcome {
+pub fn leaks_of_library<R: Real>(name: &str, mesh: &Mesh, aim: Aim, count: u32, rays: Rays) -> Outcome {
     let geometry = mesh.geometry::<R>();
-    leaks(name, mesh, aim, count, |ray| geometry.closest(ray, Interval::positive(), &mut ()).is_some())
+    leaks(name, mesh, aim, count, rays, |ray| geometry.closest(ray, Interval::positive(), &mut ()).is_some())
 }

@@ -1,12 +1,13 @@
 //! P17: the torus from far away.
 
+use crate::shapes::Torus;
+use crate::{Real, Vector};
 use glam::DVec3;
-use raywright_bvh::shapes::Torus;
-use raywright_bvh::{Real, Vector};
 
 use super::Intersect;
-use super::support::{Outcome, Verdict, hex, judge, stored, towards};
+use super::judge::{Outcome, Rays, Verdict, hex, judge, stored, towards};
 
+/// A torus about the vertical axis, of radius 1.
 pub fn torus<R: Real>(tube: f64) -> Torus<R> {
     Torus { centre: stored::<R>(DVec3::ZERO), axis: stored::<R>(DVec3::Y), major_radius: R::ONE, minor_radius: R::from_f64(tube) }
 }
@@ -44,10 +45,10 @@ fn walk(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
 
 /// Rays over the sphere around the torus from `far` away; wrong are misses, false hits, and points off the tube by more
 /// than `bound` of its radius.
-pub fn far_torus<R: Real>(tube: f64, far: f64, count: u32, intersect: Intersect<R>) -> Outcome {
+pub fn far_torus<R: Real>(tube: f64, far: f64, count: u32, rays: Rays, intersect: Intersect<R>) -> Outcome {
     let tube = f64::from(tube as f32);
     let bound = if tube < 0.05 { 1e-2 } else { 1e-3 };
-    judge(&format!("P17 tube {tube:e} at {far:e}"), 30 + far as u64, count, |random| {
+    judge(&format!("P17 tube {tube:e} at {far:e}"), 30 + far as u64, count, rays, |random| {
         let out = random.direction();
         // Every other one at the tube itself.
         let target = if random.sign() > 0.0 {
