@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use raywright::core::expr::{Variable, constant_names, function_names};
+use raywright::core::scene::SCHEMA;
+use raywright::io::Limits;
 use raywright::io::output::read_picture;
-use raywright::io::{Limits, schema};
 use serde_json::Value;
 
 use crate::support::Desk;
@@ -66,7 +67,7 @@ fn every_name_of_an_expression_is_explained() {
 /// Protects: every key and every word of the format, shapes among them, is in the page.
 #[test]
 fn every_word_of_the_format_is_explained() {
-    let schema: Value = serde_json::from_str(&schema()).expect("the schema is JSON");
+    let schema: Value = serde_json::from_str(SCHEMA).expect("the schema is JSON");
     let mut wanted = BTreeSet::new();
     words(&schema, &mut wanted);
     assert!(wanted.contains("hyperboloid") && wanted.len() > 150, "{} words were found", wanted.len());

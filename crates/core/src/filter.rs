@@ -7,11 +7,11 @@
 use core::f64::consts::PI;
 use std::sync::LazyLock;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How much of a pixel's surroundings counts towards it. Fixed patterns of samples have places of their own and no filter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum PixelFilter {
     /// The pixel alone, all of it alike: the mean over its square.

@@ -40,7 +40,7 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
         Command::Accuracy(args) => accuracy::run(&args, verbosity),
         Command::Bench(args) => bench::run(&args, verbosity),
         Command::Presets(args) => presets::run(&args),
-        Command::Schema => console::print(raywright_io::schema()),
+        Command::Schema => console::print(raywright_core::scene::SCHEMA),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args),
     }

@@ -1,12 +1,12 @@
 //! Cameras: where they stand and how they project.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
 
 /// One view of the scene.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
     /// Name for `--camera`; cameras without one are chosen by index.
@@ -31,7 +31,8 @@ pub struct Camera {
 }
 
 /// Position and orientation of a camera.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Pose {
     /// From an eye towards a target.
@@ -73,7 +74,8 @@ fn y_up() -> Triple {
 }
 
 /// How a camera maps directions to the picture.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Projection {
     /// All rays through one point.
@@ -95,7 +97,8 @@ pub enum Projection {
 }
 
 /// Opening angle of a pinhole, by exactly one of its keys.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Pinhole {
     /// Vertical field of view in degrees, above 0 and below 180.

@@ -2,7 +2,6 @@
 
 mod read;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
@@ -38,7 +37,8 @@ impl Default for Weight {
 }
 
 /// Two colours in unit cells of the plane spanned by two world axes: the first where the sum of the floors is even.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Checker {
     /// Colour of cells whose indices have an even sum.
@@ -75,9 +75,7 @@ pub type ColourInput = Input<Colour>;
 pub type NumberInput = Input<f64>;
 
 /// What an [`Input`] is of: a number or a colour.
-pub trait Value: Copy + PartialEq + JsonSchema + Serialize + 'static {
-    /// Name in the schema.
-    const NAME: &'static str;
+pub trait Value: Copy + PartialEq + Serialize + 'static {
     /// What may be written, for messages.
     const EXPECTED: &'static str;
     /// What is written as one number.
@@ -89,7 +87,6 @@ pub trait Value: Copy + PartialEq + JsonSchema + Serialize + 'static {
 }
 
 impl Value for f64 {
-    const NAME: &'static str = "NumberInput";
     const EXPECTED: &'static str = "a number, an expression in quotes, { texture = … } or { checker = … }";
     fn of_number(number: f64) -> Self {
         number
@@ -103,7 +100,6 @@ impl Value for f64 {
 }
 
 impl Value for Colour {
-    const NAME: &'static str = "ColourInput";
     const EXPECTED: &'static str = "[red, green, blue], a number, an expression in quotes, { texture = … } or { checker = … }";
     fn of_number(number: f64) -> Self {
         Self([number; 3])
@@ -117,7 +113,8 @@ impl Value for Colour {
 }
 
 /// A use of a named texture.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TextureRef {
     /// Name of the texture.
@@ -140,7 +137,8 @@ pub struct TextureRef {
 }
 
 /// A channel of an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Channel {
     /// The first.

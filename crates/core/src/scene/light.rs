@@ -1,13 +1,13 @@
 //! Light sources and the sky.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
 use super::input::{Colour, ColourInput};
 
 /// A light source that is not a surface.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Light {
     /// Name for messages.
@@ -31,7 +31,8 @@ fn yes() -> bool {
 }
 
 /// Geometry of a light source.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum LightKind {
     /// Parallel light from far away.
@@ -70,7 +71,8 @@ pub enum LightKind {
 }
 
 /// How a light weakens with distance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Falloff {
     /// With the square of the distance, as real light does.
@@ -81,7 +83,8 @@ pub enum Falloff {
 }
 
 /// What a ray sees that hits nothing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Sky {
     /// The same radiance everywhere.
@@ -105,7 +108,8 @@ pub enum Sky {
 }
 
 /// A studio: key, fill and rim lights far away, which stand about the camera's azimuth, and a grey backdrop that camera rays alone see.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Studio {
     /// Degrees by which the lights are turned about +y from where they stand about the camera; 90 brings to +z what was at +x.
@@ -126,7 +130,8 @@ impl Default for Studio {
 }
 
 /// A lobe around a direction: weight · colour · max(0, d·direction)^exponent.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Sun {
     /// Direction from the scene to the sun; any length above zero.
@@ -140,7 +145,8 @@ pub struct Sun {
 }
 
 /// An equirectangular environment: u = atan2(z, x)/2π + ½, v = acos(y)/π with v = 0 the top row.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SkyMap {
     /// Name of the image.

@@ -4,7 +4,6 @@ mod layers;
 mod mixture;
 mod physical;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::field::{FieldValue, Fields};
@@ -15,7 +14,8 @@ pub(crate) use physical::physical_fields;
 pub use physical::{AlphaMode, Physical};
 
 /// A named material.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Material {
     /// Unique name that objects refer to.
@@ -66,7 +66,8 @@ impl Material {
 }
 
 /// The two families of materials. Any integrator can read both.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Model {
     /// A local lighting model made of terms.
@@ -80,7 +81,8 @@ pub enum Model {
 /// local · ( colour·(ambient + Σ diffuse·max(0, n·l)·shadow·light) + Σ specular + rim ) + emission
 ///
 /// and then follows a reflected or refracted ray where it has one.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Classic {
     /// Base colour.
@@ -111,7 +113,8 @@ pub struct Classic {
 }
 
 /// Shape of a highlight.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SpecularModel {
     /// max(0, n·h)^exponent with h halfway between light and viewer (Blinn, "Models of Light Reflection for Computer
@@ -126,7 +129,8 @@ pub enum SpecularModel {
 }
 
 /// A highlight of the lights: strength · model · tint, for each light that makes highlights.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Specular {
     /// Shape of the highlight.
@@ -151,7 +155,8 @@ fn yes() -> bool {
 }
 
 /// Light at grazing angles: strength · (1 − (n·d)²)^exponent.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Rim {
     /// Factor.
@@ -161,7 +166,8 @@ pub struct Rim {
 }
 
 /// A traced mirror reflection.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Reflection {
     /// Factor of what the mirrored ray sees. An expression finds in `l`, `shadow` and `occluder_distance` what the local term
@@ -176,7 +182,8 @@ pub struct Reflection {
 }
 
 /// A disturbance of the mirrored direction by a fixed pattern: direction = unit(mirror + amount·w), w_i = sin(f_i · p).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Fuzz {
     /// Length of the disturbance.
@@ -186,7 +193,8 @@ pub struct Fuzz {
 }
 
 /// Traced refraction with its reflection.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Transmission {
     /// Index of refraction of the inside over the outside, above zero.
@@ -203,7 +211,8 @@ pub struct Transmission {
 }
 
 /// Which rays a refracting surface spawns.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum TransmissionChoice {
     /// Both, weighted by the exact dielectric Fresnel equations.

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Positions;
@@ -11,7 +10,8 @@ use super::Positions;
 pub const MOST_UV_SETS: usize = 8;
 
 /// A named triangle mesh.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Mesh {
     /// Unique name that objects refer to.
@@ -24,7 +24,8 @@ pub struct Mesh {
 }
 
 /// What of a model file a mesh is.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct ModelPart {
     /// Name of one of its scenes or, where no name fits, its index; none: the file's default.
@@ -34,7 +35,8 @@ pub struct ModelPart {
 }
 
 /// Where a mesh's triangles are. The loader replaces files by their data.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum MeshSource {
     /// In the scene itself.
@@ -44,7 +46,8 @@ pub enum MeshSource {
 }
 
 /// The arrays of a mesh. Transforms are applied in doubles.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshData {
     /// Vertex positions in the mesh's own space.
@@ -75,7 +78,8 @@ impl MeshData {
 }
 
 /// A named image file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Image {
     /// Unique name that textures refer to.
@@ -84,7 +88,7 @@ pub struct Image {
     pub path: String,
     /// Decoded pixels; filled in by the loader, none when the file could not be had (a warning, and the factor alone counts).
     #[serde(skip)]
-    #[schemars(skip)]
+    #[cfg_attr(test, schemars(skip))]
     pub data: Option<Arc<ImageData>>,
 }
 
@@ -119,7 +123,8 @@ pub enum Pixels {
 }
 
 /// A named texture: an image with how it is read.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Texture {
     /// Unique name that materials refer to.
@@ -141,7 +146,8 @@ pub struct Texture {
 }
 
 /// How 8-bit codes become numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ColourSpace {
     /// Decoded by the sRGB curve (IEC 61966-2-1).
@@ -152,7 +158,8 @@ pub enum ColourSpace {
 }
 
 /// How texels are combined. Texel centres lie at half-integers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Filter {
     /// The nearest texel.
@@ -165,7 +172,8 @@ pub enum Filter {
 }
 
 /// What lies outside 0..1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Wrap {
     /// The image again.

@@ -17,6 +17,8 @@ mod model;
 mod object;
 mod positions;
 mod render;
+#[cfg(test)]
+mod schema;
 
 pub use camera::{Camera, Pinhole, Pose, Projection};
 pub use field::{Bounds, ConstantValue, Field, FieldValue, Fields};
@@ -38,17 +40,21 @@ pub use render::{
 
 use std::collections::BTreeMap;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The version of the scene format that this program reads.
 pub const FORMAT: u32 = 1;
 
+/// The JSON Schema (draft 2020-12) of scene files, in TOML and JSON alike, for editors and generators: what the types say, and that numbers may be
+/// expressions. A file, since making it takes a compiler longer than all that it describes; a test holds it to the types.
+pub const SCHEMA: &str = include_str!("schema.json");
+
 /// A point or direction of a scene file: x, y, z in world units.
 pub type Triple = [f64; 3];
 
 /// One scene: everything a picture depends on besides the flags of the command line.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// Version of the format; must be 1 and stands first in a file.
@@ -100,7 +106,7 @@ pub struct Scene {
     pub generators: Vec<Generator>,
     /// What the file that a scene was imported from says of materials beyond what they have here; filled in by importers.
     #[serde(skip)]
-    #[schemars(skip)]
+    #[cfg_attr(test, schemars(skip))]
     pub unread: Vec<Unread>,
 }
 

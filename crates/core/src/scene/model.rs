@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::TransformStep;
 
 /// A glTF, GLB or OBJ file whose objects, materials and lights become the scene's. The loader puts them there, under names that
 /// begin with the model's; models of one file, scene, variant and time share what they are made of.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ModelFile {
     /// What names of its things begin with; empty: the file's name without its ending.

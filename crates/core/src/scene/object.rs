@@ -1,12 +1,12 @@
 //! What can be hit: shapes with their material, transform and visibility rules, and generators of many of them.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
 
 /// One thing that can be hit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Object {
     /// Name for messages; need not be unique.
@@ -40,7 +40,8 @@ fn yes() -> bool {
 }
 
 /// Which sides of a surface can be hit; the outside is where the outward normal points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SideRule {
     /// Either.
@@ -56,7 +57,8 @@ pub enum SideRule {
 }
 
 /// One step of an affine transform.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum TransformStep {
     /// Moves by a vector.
@@ -75,7 +77,8 @@ pub enum TransformStep {
 }
 
 /// Geometry. Radii and sizes are above zero, directions longer than zero.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
     /// All points at a distance from a centre. u runs about +y, from −x over +z, +x and −z; v from 0 at the top to 1 at the
@@ -202,7 +205,8 @@ pub enum Shape {
 }
 
 /// A rule that makes many objects.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Generator {
     /// The rule.
@@ -212,7 +216,8 @@ pub struct Generator {
 }
 
 /// Where a generator puts its objects.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum GeneratorKind {
     /// At the points of a regular grid.

@@ -1,7 +1,6 @@
 //! Vertex positions with the digits that files have: single precision about an origin of their own.
 
 use glam::DVec3;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
@@ -11,7 +10,8 @@ use raywright_bvh::Aabb;
 
 /// The positions of a mesh's vertices in the mesh's own space. Those of a mesh far from zero are stored about an origin near it, so that they
 /// have their digits at the cost of three numbers.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(from = "Vec<Triple>", into = "Vec<Triple>")]
 pub struct Positions {
     origin: Triple,

@@ -1,13 +1,13 @@
 //! Settings of a picture that are data like the rest: size, samples, depth, display, and the classic model's rules.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::input::Colour;
 use crate::filter::PixelFilter;
 
 /// Settings of a picture; flags of the command line override each.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Render {
     /// Width and height in pixels, each 1 to 65536.
@@ -53,7 +53,8 @@ impl Default for Render {
 }
 
 /// A fixed set of sample positions in a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Pattern {
     /// One sample at the centre.
@@ -73,7 +74,8 @@ impl Pattern {
 }
 
 /// How light is computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Integrator {
     /// The one that the scene calls for.
@@ -87,7 +89,8 @@ pub enum Integrator {
 }
 
 /// How linear radiance becomes display-linear values in 0..1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum ToneMap {
     /// Clipped.
@@ -104,7 +107,8 @@ pub enum ToneMap {
 }
 
 /// Transfer curve from display-linear values to 8-bit codes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub enum TransferCurve {
     /// The piecewise curve of IEC 61966-2-1.
     #[default]
@@ -120,7 +124,8 @@ pub enum TransferCurve {
 
 /// Rules that the classic materials of a scene share. The defaults are the sensible ones; the others exist because
 /// documented shaders behave so.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct ClassicRules {
     /// Light that reaches every surface.
@@ -136,7 +141,8 @@ pub struct ClassicRules {
 }
 
 /// Where a ray that leaves a surface starts, and the least distance it may hit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SpawnRule {
     /// Outside the rounding error of the hit point, per hit: right at every scale.
@@ -147,7 +153,8 @@ pub enum SpawnRule {
 }
 
 /// Constants of [`SpawnRule::Constant`], in world units.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ConstantOffset {
     /// How far a spawned ray's origin is moved.
@@ -167,7 +174,8 @@ pub struct ConstantOffset {
 }
 
 /// Which way a spawned origin is moved.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum OffsetDirection {
     /// Along the normal, to the side the ray leaves on.
@@ -178,7 +186,8 @@ pub enum OffsetDirection {
 }
 
 /// What stands in the way of light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ShadowRule {
     /// Every occluder: their transmittances are multiplied.
@@ -189,7 +198,8 @@ pub enum ShadowRule {
 }
 
 /// What happens at the maximum depth.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum DepthLimit {
     /// What the reflected or refracted ray would have brought is dropped.

@@ -1,14 +1,12 @@
-//! How inputs are written in a file, for serde and for the JSON Schema.
+//! How inputs are written in a file, for serde.
 
 use core::fmt;
 use core::marker::PhantomData;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::{Checker, CheckerInput, Colour, Input, TextureInput, TextureRef, Triple, Value, Weight};
-use crate::expr::{Scope, constant_names, function_names};
+use super::{CheckerInput, Colour, Input, TextureInput, Triple, Value, Weight};
 
 /// A number that may be written as text: the loader's deserializer evaluates the text, any other format refuses it.
 struct Number(f64);
@@ -139,61 +137,4 @@ impl<'de, T: Value> Deserialize<'de> for Input<T> {
 /// anything is rendered how smooth a surface is, or what light it gives off. The name tells the loader so.
 pub(in crate::scene) fn early<'de, T: Value, D: Deserializer<'de>>(deserializer: D) -> Result<Input<T>, D::Error> {
     deserializer.deserialize_newtype_struct("EarlyInput", InputVisitor(PhantomData))
-}
-
-impl JsonSchema for Colour {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Colour".into()
-    }
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let (one, three) = (generator.subschema_for::<f64>(), generator.subschema_for::<Triple>());
-        json_schema!({ "description": "Linear red, green, blue; one number means grey.", "anyOf": [one, three] })
-    }
-}
-
-/// What an expression may name, for whoever writes one with nothing but the schema at hand.
-fn language(scope: Scope) -> String {
-    let list = |names: &mut dyn Iterator<Item = &'static str>| names.collect::<Vec<_>>().join(", ");
-    let place = match scope {
-        Scope::Light => ", of which the light's (l, shadow, occluder_distance) exist only where a light is weighed",
-        _ => "; in the sky only d and o",
-    };
-    format!(
-        "Vectors are [x, y, z]. Variables: {}{place}. Constants: t, the parameters, {}. Functions: {}. What each means: \
-         docs/scene-format.md, in the source of the program.",
-        list(&mut scope.variables().iter().map(|variable| variable.name())),
-        list(&mut constant_names()),
-        list(&mut function_names()),
-    )
-}
-
-impl JsonSchema for Weight {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Weight".into()
-    }
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let description =
-            format!("A number, or the text of an expression that is a number at each hit. {}", language(Scope::Light));
-        json_schema!({ "description": description, "type": ["number", "string"] })
-    }
-}
-
-impl<T: Value> JsonSchema for Input<T> {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        T::NAME.into()
-    }
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let constant = generator.subschema_for::<T>();
-        let texture = generator.subschema_for::<TextureRef>();
-        let checker = generator.subschema_for::<Checker>();
-        json_schema!({
-            "description": "A constant, the text of an expression evaluated at each hit, a texture or a checkerboard.",
-            "anyOf": [
-                constant,
-                { "description": language(Scope::Surface), "type": "string" },
-                { "type": "object", "properties": { "texture": texture }, "required": ["texture"], "additionalProperties": false },
-                { "type": "object", "properties": { "checker": checker }, "required": ["checker"], "additionalProperties": false }
-            ]
-        })
-    }
 }

@@ -1,6 +1,5 @@
 //! What may lie over, under and in the metallic-roughness model: glTF's extensions of it, as a file says them.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::super::field::Bounds::{Any, Finite, Within};
@@ -94,7 +93,8 @@ file_struct! {
 }
 
 /// Complex index of refraction n + ik of a metal in red, green and blue.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Conductor {
     /// Real part n, from 0.001 to 1000.

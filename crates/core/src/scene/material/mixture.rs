@@ -1,6 +1,5 @@
 //! A surface that sends each ray one of three ways by chance: what a file says of it.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::super::input::{Colour, white};
@@ -12,7 +11,8 @@ use super::super::input::{Colour, white};
 /// With h = unit(n + a point of the unit sphere, drawn evenly), m the mirrored and t the refracted direction, the ways are
 /// unit((1 − r²)·m + r²·h), unit((1 − q²)·t + q²·h') with h' about −n, and h itself, for roughnesses r and q. Mirrored and refracted
 /// rays have no density, so a light is not asked for them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Mixture {
     /// Chance s of being mirrored, 0 to 1; above zero and with an `ior` it grows to s + (1 − s)·F by Schlick's F.

@@ -1,6 +1,5 @@
 //! The physical family of materials: what a file says of one.
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::super::field::Bounds::{Any, Finite, Length, Within};
@@ -185,7 +184,8 @@ impl Physical {
 }
 
 /// What the alpha channel of a base colour means.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum AlphaMode {
     /// Nothing.

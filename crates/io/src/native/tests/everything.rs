@@ -2,11 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use raywright_core::scene::SCHEMA;
 use serde_json::Value;
 
 use super::good;
 use crate::native::{Notation, Overrides, parse};
-use crate::{presets, schema};
+use crate::presets;
 
 /// One of everything.
 pub(super) const EVERYTHING: &str = include_str!("everything.scene.toml");
@@ -25,7 +26,7 @@ fn the_scene_of_everything_is_right() {
 /// Protects: whatever is added to the format must be added to the scene of everything, or the other tests here do not see it.
 #[test]
 fn the_scene_of_everything_is_complete() {
-    let schema: Value = serde_json::from_str(&schema()).expect("the schema is JSON");
+    let schema: Value = serde_json::from_str(SCHEMA).expect("the schema is JSON");
     let mut words = BTreeSet::new();
     collect(&schema, &mut words);
     let written = format!("{EVERYTHING} {ALTERNATIVES}");

@@ -1,11 +1,12 @@
 //! The JSON Schema must accept what the loader accepts and refuse what it refuses, as far as a schema can tell.
 
+use raywright_core::scene::SCHEMA;
 use serde_json::{Map, Value, json};
 
 use super::everything::EVERYTHING;
 use crate::native::node::{Node, Value as Tree};
 use crate::native::{Notation, tree};
-use crate::{presets, schema};
+use crate::presets;
 
 /// The part of JSON Schema that the scene's schema uses. An unknown keyword that would restrict something fails the test.
 fn accepts(root: &Value, schema: &Value, value: &Value) -> bool {
@@ -76,7 +77,7 @@ pub(super) fn to_json(node: &Node) -> Value {
 }
 
 fn schema_accepts(text: &str) -> bool {
-    let schema: Value = serde_json::from_str(&schema()).expect("the schema is JSON");
+    let schema: Value = serde_json::from_str(SCHEMA).expect("the schema is JSON");
     accepts(&schema, &schema, &to_json(&tree(text, Notation::Toml).expect("valid TOML")))
 }
 

@@ -1,0 +1,132 @@
+//! The JSON Schema of scene files as the types of a scene say it, with what only their readers know: that numbers may be expressions. Compiled for
+//! the tests alone, which hold the file that is shipped to it.
+
+use std::path::Path;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde_json::{Map, Value as Json, json};
+
+use super::{Checker, Colour, FORMAT, Input, SCHEMA, Scene, TextureRef, Triple, Value, Weight};
+use crate::expr::{Scope, constant_names, function_names};
+
+/// Protects: the schema that is shipped says what the types say. `TAKE_SCHEMA=1 cargo test -p raywright-core --lib scene::schema` writes it anew.
+#[test]
+fn the_shipped_schema_is_that_of_the_types() {
+    let schema = schema();
+    if std::env::var_os("TAKE_SCHEMA").is_some() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scene/schema.json");
+        std::fs::write(file, schema).expect("the file can be written");
+        return;
+    }
+    assert!(
+        schema == SCHEMA,
+        "scene/schema.json is out of date: `TAKE_SCHEMA=1 cargo test -p raywright-core --lib scene::schema` renews it"
+    );
+}
+
+fn schema() -> String {
+    let mut schema = schemars::schema_for!(Scene).to_value();
+    allow_expressions(&mut schema);
+    if let Json::Object(root) = &mut schema {
+        root.insert("title".to_owned(), json!("Raywright scene"));
+        // The one number that is not evaluated: it says how to read the others.
+        if let Some(format) = root.get_mut("properties").and_then(|properties| properties.get_mut("format")) {
+            *format = json!({ "description": "Version of the format; the first key of a scene.", "const": FORMAT });
+        }
+    }
+    format!("{schema:#}\n")
+}
+
+/// Every number may also be a text that holds an expression.
+fn allow_expressions(schema: &mut Json) {
+    match schema {
+        Json::Array(items) => items.iter_mut().for_each(allow_expressions),
+        Json::Object(members) => {
+            allow_expression(members);
+            members.values_mut().for_each(allow_expressions);
+        }
+        _ => {}
+    }
+}
+
+fn allow_expression(members: &mut Map<String, Json>) {
+    let is_number = |kind: &Json| matches!(kind.as_str(), Some("number" | "integer"));
+    // A property may be called `type`, so only what a schema can say there counts.
+    match members.get_mut("type") {
+        Some(Json::Array(kinds)) if kinds.iter().any(is_number) && !kinds.contains(&json!("string")) => {
+            kinds.push(json!("string"))
+        }
+        Some(kind) if is_number(kind) => *kind = json!([kind.clone(), "string"]),
+        _ => {}
+    }
+}
+
+impl JsonSchema for Colour {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Colour".into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let (one, three) = (generator.subschema_for::<f64>(), generator.subschema_for::<Triple>());
+        json_schema!({ "description": "Linear red, green, blue; one number means grey.", "anyOf": [one, three] })
+    }
+}
+
+/// What an expression may name, for whoever writes one with nothing but the schema at hand.
+fn language(scope: Scope) -> String {
+    let list = |names: &mut dyn Iterator<Item = &'static str>| names.collect::<Vec<_>>().join(", ");
+    let place = match scope {
+        Scope::Light => ", of which the light's (l, shadow, occluder_distance) exist only where a light is weighed",
+        _ => "; in the sky only d and o",
+    };
+    format!(
+        "Vectors are [x, y, z]. Variables: {}{place}. Constants: t, the parameters, {}. Functions: {}. What each means: \
+         docs/scene-format.md, in the source of the program.",
+        list(&mut scope.variables().iter().map(|variable| variable.name())),
+        list(&mut constant_names()),
+        list(&mut function_names()),
+    )
+}
+
+impl JsonSchema for Weight {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Weight".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let description =
+            format!("A number, or the text of an expression that is a number at each hit. {}", language(Scope::Light));
+        json_schema!({ "description": description, "type": ["number", "string"] })
+    }
+}
+
+/// What an input is of, with the input's name in the schema.
+trait NamedValue: Value + JsonSchema {
+    const NAME: &'static str;
+}
+
+impl NamedValue for f64 {
+    const NAME: &'static str = "NumberInput";
+}
+
+impl NamedValue for Colour {
+    const NAME: &'static str = "ColourInput";
+}
+
+impl<T: NamedValue> JsonSchema for Input<T> {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        T::NAME.into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let constant = generator.subschema_for::<T>();
+        let texture = generator.subschema_for::<TextureRef>();
+        let checker = generator.subschema_for::<Checker>();
+        json_schema!({
+            "description": "A constant, the text of an expression evaluated at each hit, a texture or a checkerboard.",
+            "anyOf": [
+                constant,
+                { "description": language(Scope::Surface), "type": "string" },
+                { "type": "object", "properties": { "texture": texture }, "required": ["texture"], "additionalProperties": false },
+                { "type": "object", "properties": { "checker": checker }, "required": ["checker"], "additionalProperties": false }
+            ]
+        })
+    }
+}
