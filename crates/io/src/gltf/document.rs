@@ -115,16 +115,16 @@ pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Ou
 /// The text as typed data, if it is written as that takes it.
 fn typed(text: &[u8], warnings: &mut Warnings) -> Outcome<Document> {
     let mut json = serde_json::Deserializer::from_slice(text);
-    let document: Result<Document, _> = serde_path_to_error::deserialize(&mut json);
     // What another version or an extension makes of the rest need not have these types.
-    let document = match document.map_err(|e| (e.path().to_string(), e.into_inner())) {
+    let document = match Document::deserialize(&mut json) {
         Ok(document) => document,
-        Err((path, error)) => {
+        Err(error) => {
             if let Ok(Head { asset, extensions_required }) = serde_json::from_slice(text) {
                 check_version(&asset, warnings)?;
                 super::extensions::check_required(&extensions_required)?;
             }
-            let place = if error.is_data() && path != "." { format!("{path}: ") } else { String::new() };
+            let path = if error.is_data() { json::path(text, error.line(), error.column()) } else { String::new() };
+            let place = if path.is_empty() { path } else { format!("{path}: ") };
             return Err(Fault::input(format!("{place}is no valid glTF: {error}")));
         }
     };

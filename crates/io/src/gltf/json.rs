@@ -84,7 +84,7 @@ pub(super) fn rewritten(text: &[u8]) -> Option<Rewritten> {
 impl Rewritten {
     /// Notes a name, and wipes out an earlier value of it.
     fn name(&mut self, holder: &mut Open, token: &[u8], line: usize) {
-        let name = serde_json::from_slice(token).unwrap_or_else(|_| String::from_utf8_lossy(token).into_owned());
+        let name = decoded(token);
         let start = self.text.len();
         if let Some([from, to]) = holder.members.insert(name.clone(), [start; 2]) {
             self.text[from..to].iter_mut().filter(|byte| !byte.is_ascii_whitespace()).for_each(|byte| *byte = b' ');
@@ -138,6 +138,46 @@ fn string(text: &[u8]) -> usize {
     text.len()
 }
 
+/// Where in a valid text a reader stands that took it up to a line and byte of it: the path of the value that it took last, or is to take.
+///
+/// Found when a value has been refused, so that what reads values need not keep it.
+pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
+    let lines: usize = text.split_inclusive(|byte| *byte == b'\n').take(line.saturating_sub(1)).map(<[u8]>::len).sum();
+    let text = &text[..text.len().min(lines + column)];
+    // Of each open bracket the entry at hand: of an object its name, once that is read, of an array none and its place.
+    let (mut entries, mut at) = (Vec::<(Option<String>, usize)>::new(), 0);
+    let mut is_name = false;
+    while let Some(&byte) = text.get(at) {
+        let length = if byte == b'"' { string(&text[at..]) } else { 1 };
+        match (byte, entries.last_mut()) {
+            (b'"', Some((name, _))) if is_name => *name = Some(decoded(&text[at..at + length])),
+            (b'{', _) => entries.push((Some(String::new()), 0)),
+            (b'[', _) => entries.push((None, 0)),
+            (b'}' | b']', _) => drop(entries.pop()),
+            (b',', Some((_, place))) => *place += 1,
+            _ => {}
+        }
+        if !byte.is_ascii_whitespace() {
+            is_name = byte == b'{' || byte == b',' && entries.last().is_some_and(|(name, _)| name.is_some());
+        }
+        at += length;
+    }
+    let mut path = String::new();
+    for (name, place) in entries {
+        match name {
+            Some(name) if path.is_empty() => path = name,
+            Some(name) => path.extend([".", &name]),
+            None => path.push_str(&format!("[{place}]")),
+        }
+    }
+    path
+}
+
+/// The text of a string in its quotes.
+fn decoded(token: &[u8]) -> String {
+    serde_json::from_slice(token).unwrap_or_else(|_| String::from_utf8_lossy(token).into_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,6 +218,33 @@ mod tests {
         assert_eq!(text(r#"[{"a":1},{"a":1},{"a":{"a":"a"}}]"#), None);
         let warned = rewritten(b"{\n\"a\":1,\n\"a\":2,\"a\":3}").and_then(|out| out.warning()).expect("a warning");
         assert!(warned.contains("`a`") && warned.contains("line 3") && warned.contains("2 keys"), "{warned}");
+    }
+
+    /// Protects: wherever a reader stops, the path is that of the value before, or of the one that follows a colon, bracket or comma.
+    #[test]
+    fn a_stop_is_told_by_its_path() {
+        let text = "{\"a\": [1,\n {\"b,\\\"\": 2, \"c\": [[], 3]}], \"d\": {}}";
+        for (before, expected) in [
+            ("{", ""),
+            ("{\"a\":", "a"),
+            ("{\"a\": [", "a[0]"),
+            ("{\"a\": [1", "a[0]"),
+            (" {\"b,\\\"\":", "a[1].b,\""),
+            (" {\"b,\\\"\": 2", "a[1].b,\""),
+            ("\"c\": [", "a[1].c[0]"),
+            ("\"c\": [[]", "a[1].c[0]"),
+            ("\"c\": [[], 3", "a[1].c[1]"),
+            ("\"c\": [[], 3]", "a[1].c"),
+            ("\"c\": [[], 3]}", "a[1]"),
+            ("\"c\": [[], 3]}]", "a"),
+            ("\"d\": {}", "d"),
+            ("\"d\": {}}", ""),
+        ] {
+            let end = text.find(before).expect(before) + before.len();
+            let start = text[..end].rfind('\n').map_or(0, |at| at + 1);
+            assert_eq!(path(text.as_bytes(), 1 + usize::from(start > 0), end - start), expected, "{before}");
+        }
+        assert_eq!(path(b"[1]", 7, 900), "");
     }
 
     /// Protects: whatever the text, rewriting it takes time and memory in proportion: brackets without end, names without end.
