@@ -6,10 +6,10 @@
 
 For each scene and budget: the setting in use, and each setting of the first sentence, with the error that was printed, its interval, the true
 error (root of the mean relMSE of renders with other seeds), CPU time printed and measured, and how much light the setting changes.
-Truths stay in FOLDER: two renders of half of the samples each at the settings in use, so that what a picture differs from the one by, times
-what it differs from the other by, is free of their noise. What only a longer path or a more exact formula would show is no part of them.
+Truths stay in FOLDER: two renders of half of the samples each on the rungs of the report's reference, so that what a picture differs from the
+one by, times what it differs from the other by, is free of their noise.
 """
-import argparse, json, pathlib, re, resource, shlex, subprocess, time
+import argparse, json, pathlib, re, resource, subprocess, time, zlib
 import numpy as np
 import OpenEXR
 
@@ -47,10 +47,12 @@ def follow(a, spec, budget):
         return None
     report = json.loads(run.stdout)
     (a.folder / f'{name}-{budget}.json').write_text(run.stdout)
-    truths = [a.folder / f'{name}-truth{k}.exr' for k in (1, 2)]
+    exact = [rung for rung in report['reference']['rungs'] if not rung.startswith(('--spp', '--rung samples', '--rung precision'))]
+    kind = zlib.crc32(' '.join(exact).encode())
+    truths = [a.folder / f'{name}-truth{k}-{kind:08x}.exr' for k in (1, 2)]
     for k, truth in enumerate(truths):
         if not truth.exists():
-            subprocess.run([a.program, 'render', *base, '--spp', str(a.truth // 2), '--seed', str(900001 + k), '-q', '-o', truth], check=True)
+            subprocess.run([a.program, 'render', *base, *flags(exact), '--spp', str(a.truth // 2), '--seed', str(900001 + k), '-q', '-o', truth], check=True)
     one, other = (channels(truth, 'RGB') for truth in truths)
     weight = 1 / ((np.maximum(one + other, 0) / 2) ** 2 + .01)
     advised = [('in use', [], report['own'])]

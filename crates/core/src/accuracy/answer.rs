@@ -4,6 +4,7 @@ use super::estimate::{Errors, Interval};
 use super::measurements::RelativeCost;
 use super::report::{Advice, Answer, Measured};
 use super::setting::Setting;
+use crate::ladder::Ladder;
 
 /// Half of an error is at most this share of it, and by its interval at most the second: four times the samples halve noise.
 const HALF: [f64; 2] = [0.55, 0.6];
@@ -40,7 +41,10 @@ pub(super) fn is_sound(setting: &Setting, measured: &Measured, own: &Measured) -
         let less = own.errors.bias.is_some_and(|own| bias.high < own.low);
         less || bias.value <= MOST_BIAS * relmse.value && bias.high <= SURE_BIAS * relmse.value
     });
-    setting.is_free_of_bias() || has_light && is_noise
+    // A filter's error goes away with more samples as noise does, but it may take light with it.
+    let is_filtered = setting.rung(Ladder::Reconstruction).is_some();
+    let is_free = setting.without(Ladder::Reconstruction).is_free_of_bias();
+    if is_free && !is_filtered { true } else { has_light && (is_free || is_noise) }
 }
 
 /// Chooses among measured settings; `budget` in seconds is what they had.

@@ -9,7 +9,7 @@ use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, RELATIVE_FLOOR, flip};
 use crate::picture::Picture;
 
 /// Edge of the squares of pixels whose errors count as independent of each other.
-const BLOCK: usize = 8;
+pub(super) const BLOCK: usize = 8;
 
 /// A number with the interval that holds it in about 95 of 100 cases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -37,6 +37,29 @@ impl Interval {
     #[must_use]
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self { value: f(self.value), low: f(self.low), high: f(self.high) }
+    }
+
+    /// Of a value above zero and an error that already has its factor. It is one of factors: what is left of a sum of a few large parts reaches
+    /// farther up than down.
+    pub(super) fn of_factors(value: f64, error: f64) -> Self {
+        let spread = libm::exp(error / value);
+        Self { value, low: value / spread, high: value * spread }
+    }
+
+    /// Of what can't be told from nothing.
+    pub(super) fn from_zero(value: f64, error: f64) -> Self {
+        let high = value.max(0.0) + error;
+        Self { value: value.max(0.0), low: 0.0, high: if high.is_nan() { f64::INFINITY } else { high } }
+    }
+
+    /// Over another one whose error is independent.
+    pub(super) fn over(&self, other: &Self) -> Self {
+        let value = self.value / other.value;
+        if self.is_lost_in_noise() || other.is_lost_in_noise() {
+            return Self { value, low: self.low / other.high, high: self.high / other.low };
+        }
+        let spread = libm::exp(libm::hypot(libm::log(self.high / self.value), libm::log(other.high / other.value)));
+        Self { value, low: value / spread, high: value * spread }
     }
 
     /// Half of its width, as a share of the value.
@@ -159,7 +182,7 @@ impl TruthTile {
 }
 
 /// What a channel's squared error is multiplied by, a third of the inverse of what it is relative to.
-fn weight(reference: f32) -> f64 {
+pub(super) fn weight(reference: f32) -> f64 {
     let reference = f64::from(reference);
     1.0 / (3.0 * (reference * reference + RELATIVE_FLOOR))
 }

@@ -1,18 +1,22 @@
 //! What was measured of each setting, tile by tile, and what that says of the whole picture.
 
+mod estimates;
+
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::estimate::{Errors, Interval, TileErrors, TruthTile, light};
+pub(super) use estimates::RelativeCost;
+
+use super::estimate::{TileErrors, TruthTile, light};
+use super::pilot::{PilotPair, WholeErrors};
 use super::renderer::{MARGIN, Renderer, TimedRender, Unfinished};
-use super::report::{Measured, RungCost};
+use super::report::RungCost;
 use super::setting::Setting;
-use super::tiles::{Share, TileSample, ratio};
+use super::tiles::TileSample;
 use crate::bench::Spread;
 use crate::display::Display;
-use crate::ladder::Ladder;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
@@ -51,15 +55,17 @@ struct Figures {
     pictures: Vec<Vec<Picture>>,
     /// The first render of the first tile, or of the whole picture.
     first: Option<Picture>,
+    /// Renders of the whole picture, of which more tiles may be judged.
+    whole: Vec<TimedRender>,
+    /// What pilots say of them.
+    whole_errors: Option<WholeErrors>,
 }
 
-/// Two settings in the tiles that both have.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct RelativeCost {
-    /// Time of the one over that of the other.
-    pub time: Interval,
-    /// Its mean squared error over that of the other.
-    pub error: Interval,
+impl Figures {
+    fn new(setting: &Setting, rounds: u64) -> Self {
+        let (tiles, pictures, whole) = (Vec::new(), Vec::new(), Vec::new());
+        Self { setting: setting.clone(), rounds, tiles, pictures, first: None, whole, whole_errors: None }
+    }
 }
 
 pub(super) struct Measurements<'a> {
@@ -68,11 +74,15 @@ pub(super) struct Measurements<'a> {
     display: Display,
     truths: Vec<TruthTile>,
     all: Vec<Figures>,
+    /// Noisy pictures of the whole.
+    pub pilots: Option<PilotPair>,
+    /// Denoised pictures of so many samples are rendered whole.
+    pub whole_samples: u32,
 }
 
 impl<'a> Measurements<'a> {
     pub fn new(renderer: &'a Renderer<'a>, sample: &'a TileSample, display: Display) -> Self {
-        Self { renderer, sample, display, truths: Vec::new(), all: Vec::new() }
+        Self { renderer, sample, display, truths: Vec::new(), all: Vec::new(), pilots: None, whole_samples: 0 }
     }
 
     /// Takes what the reference has of the next tiles.
@@ -112,13 +122,10 @@ impl<'a> Measurements<'a> {
         let count = count.min(self.known());
         let place = self.all.iter().position(|of| of.setting == *setting).unwrap_or(self.all.len());
         if place == self.all.len() {
-            self.all.push(Figures { setting: setting.clone(), rounds, tiles: Vec::new(), pictures: Vec::new(), first: None });
+            self.all.push(Figures::new(setting, rounds));
         }
         if self.all[place].rounds < rounds {
-            let known = std::mem::replace(
-                &mut self.all[place],
-                Figures { setting: setting.clone(), rounds, tiles: Vec::new(), pictures: Vec::new(), first: None },
-            );
+            let known = std::mem::replace(&mut self.all[place], Figures::new(setting, rounds));
             let is_done = self.add(place, count, beside, keep, end)?;
             if !is_done {
                 self.all[place] = known;
@@ -150,18 +157,33 @@ impl<'a> Measurements<'a> {
             if is_denoised { grid.around(tile, MARGIN) } else { grid.tile(tile) }
         };
         let of_parts: f64 = (from..count).map(|at| area(around(at))).sum();
-        if self.sample.is_whole(count) || of_parts >= area(whole) {
-            let Some(renders) = self.take(&setting, &[], rounds, end)? else { return Ok(false) };
+        let is_all = self.sample.is_whole(count);
+        if is_all || of_parts >= area(whole) || is_denoised && self.is_whole_cheap(&setting) {
+            let mut renders = std::mem::take(&mut self.all[place].whole);
+            let is_new = renders.is_empty();
+            if is_new {
+                let Some(taken) = self.take(&setting, &[], rounds, end)? else { return Ok(false) };
+                renders = taken.into_iter().flatten().collect();
+            }
             let looked: f64 = self.sample.order.iter().map(|look| look.seconds).sum();
             let looked = looked * grid.count() as f64 / self.sample.most() as f64;
-            let first = self.sample.is_whole(count).then(|| renders[0][0].picture.clone());
+            let first = is_all.then(|| renders[0].picture.clone());
+            let pilots = self.pilots.as_ref().filter(|_| is_new && !is_all);
+            let whole_errors = pilots.map(|pilots| pilots.judge(renders.iter().map(|render| &render.picture)));
             let of = &mut self.all[place];
-            (of.tiles, of.pictures, of.first) = (Vec::new(), Vec::new(), first);
+            if is_new {
+                (of.tiles, of.pictures, of.first, of.whole_errors) = (Vec::new(), Vec::new(), first, whole_errors);
+            }
+            let from = self.all[place].tiles.len();
             let share = |at: usize| {
                 let look = &self.sample.order[at];
                 if looked > 0.0 { look.seconds / looked } else { grid.pixels(look.tile) / area(whole) }
             };
-            self.judge(place, (0..count).map(|at| (at, whole, share(at), of_part(&renders, 0))).collect(), beside, keep);
+            let all = || renders.iter().collect::<Vec<_>>();
+            self.judge(place, (from..count).map(|at| (at, whole, share(at), all())).collect(), beside, keep);
+            if is_denoised && !is_all {
+                self.all[place].whole = renders;
+            }
             return Ok(true);
         }
         let parts: Vec<Crop> = (from..count).map(around).collect();
@@ -172,7 +194,13 @@ impl<'a> Measurements<'a> {
         Ok(true)
     }
 
-    fn is_denoised(&self, setting: &Setting) -> bool {
+    /// Whether a denoised picture of the whole takes so little that tiles with their margins are not worth it.
+    fn is_whole_cheap(&self, setting: &Setting) -> bool {
+        let (_, settings) = setting.applied(self.renderer.scene, self.renderer.settings);
+        settings.sampling.count() <= self.whole_samples
+    }
+
+    pub(super) fn is_denoised(&self, setting: &Setting) -> bool {
         setting.applied(self.renderer.scene, self.renderer.settings).1.denoise
     }
 
@@ -218,99 +246,6 @@ impl<'a> Measurements<'a> {
                 of.pictures.push(pictures);
             }
         }
-    }
-
-    /// A ratio of totals of the whole picture, from the first tiles.
-    fn total<'b>(&'b self, count: usize, doubtful: bool, of: impl Fn(usize) -> (&'b [f64], &'b [f64])) -> Interval {
-        let chances = self.sample.chances(count);
-        let share = |(at, chance): (usize, f64)| {
-            let (above, below) = of(at);
-            Share { chance, above, below, doubt: if doubtful { self.truths[at].doubt } else { 0.0 } }
-        };
-        ratio(&chances.into_iter().enumerate().map(share).collect::<Vec<_>>())
-    }
-
-    /// A mean over pixels of what tiles have in one number, or block by block.
-    fn mean(&self, count: usize, doubtful: bool, of: impl Fn(usize) -> Vec<f64>) -> Interval {
-        let sums: Vec<Vec<f64>> = (0..count).map(of).collect();
-        let pixels = |at: usize| match sums[at].len() {
-            1 => vec![self.sample.grid.pixels(self.sample.order[at].tile)],
-            _ => self.truths[at].blocks(),
-        };
-        let pixels: Vec<Vec<f64>> = (0..count).map(pixels).collect();
-        self.total(count, doubtful, |at| (&sums[at], &pixels[at]))
-    }
-
-    /// Time, error and the time over that of another setting; none where it was not measured.
-    pub fn measured(&self, setting: &Setting, beside: &Setting) -> Option<Measured> {
-        let of = self.of(setting)?;
-        let count = of.tiles.len();
-        let errors = |at: usize| &of.tiles[at].errors;
-        let has_bias = (0..count).all(|at| !errors(at).bias.is_empty());
-        let looked = self.sample.order.iter().map(|look| look.seconds).sum::<f64>() * self.sample.grid.count() as f64;
-        // A look counts for each round alike, so that what rounds are apart is told.
-        let rounds = of.tiles.first().map_or(1, |tile| tile.seconds.len());
-        let looks: Vec<Vec<f64>> = self.sample.order.iter().map(|look| vec![look.seconds / rounds as f64; rounds]).collect();
-        let looks = |at: usize| -> &[f64] { &looks[at] };
-        let seconds = self.total(count, false, |at| (&of.tiles[at].seconds, looks(at)));
-        let size = self.sample.grid.size.map(f64::from);
-        let rays = self.mean(count, false, |at| vec![of.tiles[at].rays]).value * size[0] * size[1];
-        Some(Measured {
-            tiles: count,
-            renders: of.rounds as usize,
-            seconds: seconds.map(|ratio| ratio * looked / self.sample.most() as f64),
-            ratio: self.relative(setting, beside).map_or(Interval::exact(f64::NAN), |cost| cost.time),
-            rays: rays.round() as u64,
-            errors: Errors {
-                rmse: self.mean(count, true, |at| errors(at).squared.clone()).map(f64::sqrt),
-                relmse: self.mean(count, true, |at| errors(at).relative.clone()),
-                bias: has_bias.then(|| self.mean(count, true, |at| errors(at).bias.clone())),
-                light: self.light(setting)?,
-            },
-            flip: self.mean(count, false, |at| vec![errors(at).flip]),
-        })
-    }
-
-    /// Light over the reference's; over that of the noisy picture where denoising alone may have changed it.
-    pub fn light(&self, setting: &Setting) -> Option<Interval> {
-        let of = self.of(setting)?;
-        let is_alone = self.is_denoised(setting) && setting.without(Ladder::Reconstruction).is_free_of_bias();
-        let lights: Vec<[[f64; 1]; 2]> = (of.tiles.iter().zip(&self.truths))
-            .map(|(tile, truth)| [[tile.errors.light], [if is_alone { tile.noisy_light } else { truth.light() }]])
-            .collect();
-        Some(self.total(of.tiles.len(), false, |at| (&lights[at][0], &lights[at][1])))
-    }
-
-    /// Time and error over those of another setting, from the tiles that both have; none where there are none.
-    pub fn relative(&self, setting: &Setting, beside: &Setting) -> Option<RelativeCost> {
-        let (of, other) = (self.of(setting)?, self.of(beside)?);
-        if setting == beside {
-            return Some(RelativeCost { time: Interval::exact(1.0), error: Interval::exact(1.0) });
-        }
-        let count = of.tiles.len().min(other.tiles.len());
-        let rounds = of.rounds.min(other.rounds) as usize;
-        let times = |figures: &Figures| -> Vec<Vec<f64>> {
-            let factor = figures.rounds as f64 / rounds as f64;
-            let of_tile = |tile: &TileFigures| tile.seconds.iter().take(rounds).map(|seconds| factor * seconds).collect();
-            figures.tiles.iter().map(of_tile).collect()
-        };
-        let (own, others) = (times(of), times(other));
-        let time = self.total(count, false, |at| (&own[at], &others[at]));
-        let error = self.total(count, true, |at| (&of.tiles[at].errors.relative, &other.tiles[at].errors.relative));
-        Some(RelativeCost { time, error })
-    }
-
-    /// What a choice alone changes: root of the mean squared difference to the pictures that it was held beside, and the mean squared
-    /// relative difference.
-    pub fn alone(&self, setting: &Setting) -> Option<[Interval; 2]> {
-        let of = self.of(setting)?;
-        let sum = |i: usize| self.mean(of.tiles.len(), false, |at| vec![of.tiles[at].errors.alone[i]]);
-        Some([sum(0).map(f64::sqrt), sum(1)])
-    }
-
-    /// Standard error of the reference: root of the mean square.
-    pub fn standard_error(&self) -> f64 {
-        self.mean(self.known(), false, |at| vec![self.truths[at].variance()]).value.sqrt()
     }
 
     /// Pictures of a setting that were kept, with their chances.

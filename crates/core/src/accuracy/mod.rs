@@ -12,6 +12,7 @@ mod estimate;
 mod frontier;
 mod measurements;
 mod outputs;
+mod pilot;
 mod renderer;
 mod report;
 mod session;

@@ -36,6 +36,9 @@ const LOOK_SAMPLES: u32 = 4;
 /// Edge of what threads take at a time from a tile in pixels, where pictures do not depend on it.
 const UNIT: u32 = 16;
 
+/// Round of the first pilot: random numbers that no setting has.
+const PILOT_ROUND: u64 = 1000;
+
 /// Tells the time. Tests bring one that goes by how often it is asked.
 pub(super) type Now<'a> = &'a (dyn Fn() -> Instant + Sync);
 
@@ -160,6 +163,15 @@ impl<'a> Renderer<'a> {
                 .map(|(&tile, (film, seconds))| PilotPass { tile, seconds: *seconds, noise: noise(film) })
                 .collect())
         })?
+    }
+
+    /// Renders a noisy picture of the whole as the scene is, but for its number of samples, with random numbers of its own.
+    pub fn pilot(&self, samples: u32, round: u64, end: Instant) -> Result<Picture, Unfinished> {
+        let seed = self.settings.seed.wrapping_add(PILOT_ROUND + round);
+        let settings = Settings { sampling: Sampling::General(samples), denoise: false, seed, ..self.settings.clone() };
+        let render = |ready: &Ready| self.timed(ready, (&settings, &[]), 0.0, end);
+        let mut renders = self.with_prepared(&Setting::default(), (self.scene, &settings), end, render)??;
+        renders.pop().map(|render| render.picture).ok_or(Unfinished::Late)
     }
 
     /// Makes something of parts, side by side, with the seconds of each: those of all, divided by rays.

@@ -31,17 +31,20 @@ use crate::scene::Scene;
 use crate::settings::Settings;
 
 /// Shares of the budget by the end of which each part has to be done.
-const LOOK: f64 = 0.08;
-const REACH: f64 = 0.14;
-const REFERENCE: f64 = 0.4;
-const RUNGS: f64 = 0.66;
-const WALKS: f64 = 0.76;
-const AGAIN: f64 = 0.89;
+const LOOK: f64 = 0.06;
+const REACH: f64 = 0.12;
+const PILOTS: f64 = 0.27;
+const REFERENCE: f64 = 0.45;
+const RUNGS: f64 = 0.74;
+const WALKS: f64 = 0.8;
+const AGAIN: f64 = 0.9;
 const PRICES: f64 = 0.93;
-const COSTS: f64 = 0.98;
+const COSTS: f64 = 0.96;
 
 /// Where the scene takes more samples, other rungs are measured with so many: what a rung changes is seen as well, on more tiles.
 const BASE_SAMPLES: u32 = 16;
+/// Time that a sample of the reference takes over one in use, before that is measured.
+const EXACT: f64 = 1.8;
 /// Numbers of samples up to so many times the scene's own halve its error, and are measured first.
 const HALVES: u32 = 4;
 
@@ -65,6 +68,10 @@ pub(super) struct Session<'a> {
     /// Rungs whose numbers can't store the scene: they have no picture.
     unshown: Vec<Choice>,
     cut_short: bool,
+    /// Wall-clock seconds of a sample of a pixel.
+    pace: f64,
+    /// Time that a sample of the reference takes over one in use.
+    exact_cost: f64,
 }
 
 impl<'a> Session<'a> {
@@ -118,6 +125,8 @@ impl<'a> Session<'a> {
             beyond: Vec::new(),
             unshown,
             cut_short: false,
+            pace: 0.0,
+            exact_cost: EXACT,
         }
     }
 
@@ -128,18 +137,19 @@ impl<'a> Session<'a> {
         listener.step("looking at the picture", 0.0);
         let explained = |error| renderer.explained(error);
         let grid = self.grid(&renderer, kept.map(|kept| kept.film.tile_size())).map_err(explained)?;
-        let (looks, pace) = self.look(&renderer, grid).map_err(explained)?;
+        let looks = self.look(&renderer, grid).map_err(explained)?;
         listener.step("looking how exact it can be", self.spent());
         let reached = self.within_reach(&renderer, grid, &looks).map_err(explained)?;
         let exact = kept.map_or(reached, |kept| Setting::of(&kept.rungs));
         let sample = TileSample::new(grid, &looks);
-        let mut plan = self.plan(&sample, pace);
+        let mut plan = self.plan(&sample);
         if let Some(kept) = kept {
             plan.reference_samples = plan.reference_samples.max(kept.film.asked().unwrap_or(0));
         }
         let mut exposure = renderer.reference(&exact, plan.reference_samples, grid, start, self.at(RUNGS))?;
         let mut measurements = Measurements::new(&renderer, &sample, self.display);
         listener.step(&plan.told(&sample), self.spent());
+        self.pilots(&plan, &mut measurements)?;
         // Two tiles at least, without which nothing can be told.
         let least = 2.min(sample.most());
         self.expose(&mut exposure, &mut measurements, least, self.at(AGAIN));
@@ -152,10 +162,12 @@ impl<'a> Session<'a> {
         }
         let own_errors = self.rungs(&plan, &mut measurements, listener)?;
         let known = self.walks(&plan, &mut measurements, listener)?;
-        self.again(&plan, known.clone(), &mut measurements, &mut exposure, listener)?;
+        self.again(&known, &mut measurements, &mut exposure, listener)?;
         let prices = self.prices(&measurements, listener)?;
-        let costs = self.costs(listener)?;
         let own = Setting::default();
+        let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
+        let outputs = outputs(&measurements.kept(&own), pixels, self.display, settings.output, self.stopwatch);
+        let costs = self.costs(listener)?;
         let Some(own_measured) = measurements.measured(&own, &own) else {
             return Err(renderer.explained(PrepareError::Cancelled));
         };
@@ -171,7 +183,6 @@ impl<'a> Session<'a> {
         let ladders: Vec<LadderReport> =
             self.pictured.iter().map(|&ladder| self.ladder(ladder, &measurements, &own_errors)).collect();
         let called_for: Vec<Ladder> = self.pictured.iter().chain(&self.priced).chain(&[Ladder::Output]).copied().collect();
-        let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
         let report = Report {
             size: settings.size,
             tiles: Tiles {
@@ -182,7 +193,7 @@ impl<'a> Session<'a> {
             },
             reference,
             answer,
-            outputs: outputs(&measurements.kept(&own), pixels, self.display, settings.output, self.stopwatch),
+            outputs,
             own: own_measured,
             base: self.base_report(&measurements),
             ladders,
@@ -215,6 +226,11 @@ impl<'a> Session<'a> {
     /// When a share of the budget is spent.
     fn at(&self, share: f64) -> Instant {
         self.start + self.effort.budget.mul_f64(share)
+    }
+
+    /// Wall-clock seconds until a share of the budget is spent.
+    fn left(&self, share: f64) -> f64 {
+        self.at(share).saturating_duration_since((self.now)()).as_secs_f64()
     }
 
     /// Seconds since the start.

@@ -1,6 +1,6 @@
 //! The parts of the picture that are measured: tiles drawn with known probabilities, and what they say of the whole.
 //!
-//! A tile's chance grows with the noise that a first look saw in it, and no tile has less than half of an even chance. Tiles are ordered once
+//! A tile's chance grows with the noise that a first look saw in it, and no tile has less than a quarter of an even chance. Tiles are ordered once
 //! by a number of their own over that chance (sequential Poisson sampling: Ohlsson, "Sequential Poisson Sampling", 1998), so that the first n are
 //! a sample for every n, and more time adds tiles. The numbers are multiples of the golden ratio along rows that turn at their ends: a sample
 //! is spread evenly over the picture.
@@ -14,7 +14,7 @@ use crate::settings::Crop;
 const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
 /// Share of the chance that all tiles have by their area.
-const EVEN: f64 = 0.5;
+const EVEN: f64 = 0.25;
 
 /// How the picture is divided, row by row as films number tiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,6 +111,12 @@ impl TileSample {
         self.order.len()
     }
 
+    /// Pixels of the picture that the tile at a place of the order stands for: all of them in the shares of its chance. Errors go with noise, so
+    /// that errors over these differ less from tile to tile than errors over pixels.
+    pub fn weight(&self, at: usize) -> f64 {
+        self.share[at] * self.order.iter().map(|look| self.grid.pixels(look.tile)).sum::<f64>()
+    }
+
     /// Whether so many tiles are the whole picture.
     pub fn is_whole(&self, count: usize) -> bool {
         count >= self.grid.count()
@@ -161,10 +167,15 @@ impl Share<'_> {
             return (total, 0.0);
         }
         let pieces: Vec<f64> = self.above.iter().zip(self.below).map(|(a, b)| a - ratio * b).collect();
-        let steps: f64 = pieces.windows(2).map(|pair| (pair[0] - pair[1]) * (pair[0] - pair[1])).sum();
-        let n = pieces.len() as f64;
-        (total, n / (2.0 * (n - 1.0)) * steps)
+        (total, spread_of_pieces(&pieces))
     }
+}
+
+/// Variance of the sum of pieces, by what neighbours differ by; at least two.
+pub(super) fn spread_of_pieces(pieces: &[f64]) -> f64 {
+    let steps: f64 = pieces.windows(2).map(|pair| (pair[0] - pair[1]) * (pair[0] - pair[1])).sum();
+    let n = pieces.len() as f64;
+    n / (2.0 * (n - 1.0)) * steps
 }
 
 /// The ratio of two totals of the whole picture as tiles tell it (Hájek, "Comment on a Paper by D. Basu", 1971), with its standard error and
@@ -200,18 +211,15 @@ pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
     Some((ratio, error, student_95(freedom.min(1e6) as u32)))
 }
 
-/// The same as an interval. It is one of factors: what is left of a sum of a few large parts reaches farther up than down. What can't be
-/// told from the reference's noise begins at zero.
+/// The same as an interval. What can't be told from the reference's noise begins at zero.
 pub(super) fn ratio(shares: &[Share<'_>]) -> Interval {
     let Some((value, error, factor)) = estimate(shares) else { return Interval { value: 0.0, low: 0.0, high: f64::INFINITY } };
     let below: f64 = shares.iter().map(|share| share.below.iter().sum::<f64>() / share.chance).sum();
     let doubt = shares.iter().map(|share| share.doubt / (share.chance * share.chance)).sum::<f64>().sqrt() / below;
-    if value <= student_95(u32::MAX) * doubt || value <= 0.0 {
-        let high = value.max(0.0) + factor * error.max(doubt);
-        return Interval { value: value.max(0.0), low: 0.0, high: if error.is_nan() { f64::INFINITY } else { high } };
+    match value <= student_95(u32::MAX) * doubt || value <= 0.0 {
+        true => Interval::from_zero(value, factor * error.max(doubt)),
+        false => Interval::of_factors(value, factor * error),
     }
-    let spread = libm::exp(factor * error / value);
-    Interval { value, low: value / spread, high: value * spread }
 }
 
 #[cfg(test)]

@@ -6,10 +6,11 @@
 
 use super::super::Listener;
 use super::super::measurements::Measurements;
+use super::super::pilot::PilotPair;
 use super::super::renderer::{MARGIN, Unfinished};
 use super::super::setting::Setting;
 use super::super::tiles::{Grid, TileSample};
-use super::{HALVES, REACH, RUNGS, Session, samples_of};
+use super::{HALVES, PILOTS, REFERENCE, RUNGS, Session, samples_of};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
 
@@ -17,8 +18,6 @@ use crate::prepare::PrepareError;
 const BETTER: u32 = 4;
 const LEAST_REFERENCE: u32 = 64;
 const MOST_REFERENCE: u32 = 16_384;
-/// Time that the reference takes a sample over that of the picture: all of it is f64, and on the most exact rungs.
-const EXACT: f64 = 1.8;
 /// Tiles that settings are measured on at least, where the picture has so many.
 const FEWEST: usize = 6;
 /// The share of the time for rungs that they are expected to take.
@@ -29,24 +28,38 @@ const SPARE: f64 = 0.1;
 const MOST_OF_REST: f64 = 0.35;
 /// Rounds of most settings. One says nothing of bias.
 pub(super) const ROUNDS: u64 = 2;
+/// The share of the tiles that rungs are measured on which few people need, where there is no time for more.
+const REST: f64 = 1.0 / 3.0;
+/// The share of all time that one denoised picture of the whole may take.
+const WHOLE: f64 = 0.1;
+/// The share of all time that both pilots may take.
+const BOTH_PILOTS: f64 = 0.16;
+/// What most people change.
+const NUMBERS: [Ladder; 2] = [Ladder::Samples, Ladder::Reconstruction];
+/// Time that a denoised picture takes over a noisy one.
+const FILTER: f64 = 1.3;
 
 /// What will be measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeasurementPlan {
     pub reference_samples: u32,
-    /// Tiles that all settings are measured on first, apart from those that take long.
+    /// Tiles that the most telling settings are measured on first, apart from those that take long.
     pub tiles: usize,
+    /// Tiles that all others are measured on.
+    rest: usize,
     /// Settings that are measured on them.
     settings: usize,
-    /// Wall-clock seconds that a sample of a tile takes.
-    pub tile_sample: f64,
 }
 
 impl MeasurementPlan {
     /// In words.
     pub(super) fn told(&self, sample: &TileSample) -> String {
-        let Self { reference_samples, tiles, settings, .. } = self;
-        format!("plan: {settings} settings on {tiles} of {} tiles, reference of {reference_samples} samples", sample.grid.count())
+        let Self { reference_samples, tiles, settings, rest, .. } = self;
+        let rest = if rest < tiles { format!("{rest} or ") } else { String::new() };
+        format!(
+            "plan: {settings} settings on {rest}{tiles} of {} tiles, reference of {reference_samples} samples",
+            sample.grid.count()
+        )
     }
 }
 
@@ -58,21 +71,70 @@ struct Item {
     is_kept: bool,
 }
 
+impl Item {
+    /// Whether most people need it.
+    fn is_telling(&self) -> bool {
+        matches!(self.ladder, Ladder::Samples | Ladder::Reconstruction | Ladder::Integrator)
+    }
+}
+
 impl Session<'_> {
-    pub(super) fn plan(&self, sample: &TileSample, pace: f64) -> MeasurementPlan {
+    pub(super) fn plan(&self, sample: &TileSample) -> MeasurementPlan {
         let grid = &sample.grid;
-        let (tile_sample, budget) = (self.tile_sample(grid, pace), self.effort.budget.as_secs_f64());
+        let (tile_sample, budget) = (self.tile_sample(grid), self.effort.budget.as_secs_f64());
         let mut reference_samples = self.least_reference();
-        let fitting = self.fitting(grid, pace);
+        let fitting = self.fitting(grid, 1.0);
         // A few tiles more than what is there are not worth leaving out.
-        let tiles = if fitting + fitting / 4 >= sample.most() { sample.most() } else { fitting.max(FEWEST).min(sample.most()) };
+        let is_all = fitting + fitting / 4 >= sample.most();
+        let enough = |tiles: usize| tiles.max(FEWEST).min(sample.most());
+        let tiles = if is_all { sample.most() } else { enough(self.fitting(grid, REST)) };
+        let rest = if is_all { tiles } else { enough((tiles as f64 * REST) as usize) };
         if sample.is_whole(tiles) {
-            let whole = tile_sample * EXACT * tiles as f64;
+            let whole = tile_sample * self.exact_cost * tiles as f64;
             while reference_samples < MOST_REFERENCE && 4.0 * f64::from(reference_samples) * whole < SPARE * budget {
                 reference_samples *= 4;
             }
         }
-        MeasurementPlan { reference_samples, tiles, settings: self.items().len(), tile_sample }
+        MeasurementPlan { reference_samples, tiles, rest, settings: self.items().len() }
+    }
+
+    /// Renders the pilots with as many samples as there is time for, where something is denoised and not all of the picture is measured.
+    pub(super) fn pilots(&self, plan: &MeasurementPlan, measurements: &mut Measurements<'_>) -> Result<(), PrepareError> {
+        let is_needed = self.items().iter().any(|item| measurements.is_denoised(&item.setting));
+        if !is_needed || measurements.sample.is_whole(plan.tiles) {
+            return Ok(());
+        }
+        measurements.whole_samples = self.whole_samples();
+        let own = self.settings.sampling.count();
+        let cost = 2.0 * self.whole_cost(1) / FILTER;
+        let most = ((BOTH_PILOTS * self.effort.budget.as_secs_f64() / cost.max(1e-12)) as u32).min(own);
+        if most < 2 {
+            return Ok(());
+        }
+        // Powers of two are what low-discrepancy sequences are even with.
+        let samples = 1 << most.ilog2();
+        let render = |round| Unfinished::allow(measurements.renderer.pilot(samples, round, self.at(REFERENCE)));
+        if let (Some(one), Some(other)) = (render(0)?, render(1)?) {
+            measurements.pilots = Some(PilotPair([one, other]));
+        }
+        Ok(())
+    }
+
+    /// Wall-clock seconds of a denoised picture of the whole.
+    fn whole_cost(&self, samples: u32) -> f64 {
+        let [width, height] = self.settings.size.map(f64::from);
+        self.pace * width * height * f64::from(samples) * FILTER
+    }
+
+    /// Most samples of denoised pictures that are rendered whole.
+    fn whole_samples(&self) -> u32 {
+        (WHOLE * self.effort.budget.as_secs_f64() / self.whole_cost(1).max(1e-12)) as u32
+    }
+
+    /// Whether a setting is denoised and rendered whole, though not all of the picture is measured.
+    fn is_by_the_whole(&self, setting: &Setting) -> bool {
+        let (_, settings) = setting.applied(self.scene, &self.settings);
+        settings.denoise && settings.sampling.count() <= self.whole_samples()
     }
 
     fn least_reference(&self) -> u32 {
@@ -80,30 +142,47 @@ impl Session<'_> {
     }
 
     /// Wall-clock seconds of a sample of all pixels of a tile.
-    fn tile_sample(&self, grid: &Grid, pace: f64) -> f64 {
-        pace * f64::from(grid.size[0]) * f64::from(grid.size[1]) / grid.count() as f64
+    fn tile_sample(&self, grid: &Grid) -> f64 {
+        self.pace * f64::from(grid.size[0]) * f64::from(grid.size[1]) / grid.count() as f64
     }
 
-    /// Tiles that there is time for.
-    pub(super) fn fitting(&self, grid: &Grid, pace: f64) -> usize {
+    /// Tiles that there is time for, where all but the most telling settings have a share of them.
+    pub(super) fn fitting(&self, grid: &Grid, rest: f64) -> usize {
         let (items, most) = (self.items(), self.most(grid));
-        let costs: f64 = items.iter().map(|item| self.cost(&item.setting, grid).min(most)).sum();
-        let a_tile = self.tile_sample(grid, pace) * (EXACT * f64::from(self.least_reference()) + costs);
-        let time = self.effort.budget.as_secs_f64() * (RUNGS - REACH) * CAREFUL;
+        let cost = |item: &Item| self.cost(&item.setting, grid).min(most) * if item.is_telling() { 1.0 } else { rest };
+        let costs: f64 = items.iter().map(cost).sum();
+        let whole = items.iter().filter(|item| self.is_by_the_whole(&item.setting));
+        let whole: f64 = whole.map(|item| self.expected(&item.setting, 0, grid)).sum();
+        let a_tile = self.tile_sample(grid) * (self.exact_cost * f64::from(self.least_reference()) + costs);
+        let time = (self.effort.budget.as_secs_f64() * (RUNGS - PILOTS) - whole).max(0.0) * CAREFUL;
         (time / a_tile.max(1e-12)) as usize
     }
 
-    /// Samples that a tile of a setting takes in all its rounds, what is around it for the denoiser included.
+    /// Samples that a tile of a setting takes in all its rounds, what is around it for the denoiser included; nothing where all of the picture
+    /// is rendered.
     pub(super) fn cost(&self, setting: &Setting, grid: &Grid) -> f64 {
+        if self.is_by_the_whole(setting) {
+            return 0.0;
+        }
         let is_denoised = setting.applied(self.scene, &self.settings).1.denoise;
         let edge = f64::from(grid.edge);
         let wide = if is_denoised { (edge + 2.0 * f64::from(MARGIN)) / edge } else { 1.0 };
         self.rounds(setting) as f64 * f64::from(self.samples(setting)) * wide * wide
     }
 
-    /// Those of many samples are rendered once: they have the bias of those of few.
+    /// Those of many samples are rendered once: they have the bias of those of few. So are denoised pictures of the whole that take long.
     pub(super) fn rounds(&self, setting: &Setting) -> u64 {
-        if self.samples(setting) > self.settings.sampling.count() { 1 } else { ROUNDS }
+        let samples = self.samples(setting);
+        let is_long = self.is_by_the_whole(setting) && self.whole_samples() / samples < ROUNDS as u32;
+        if samples > self.settings.sampling.count() || is_long { 1 } else { ROUNDS }
+    }
+
+    /// Wall-clock seconds that a setting is expected to take.
+    pub(super) fn expected(&self, setting: &Setting, tiles: usize, grid: &Grid) -> f64 {
+        match self.is_by_the_whole(setting) {
+            true => self.rounds(setting) as f64 * self.whole_cost(self.samples(setting)),
+            false => self.tile_sample(grid) * tiles as f64 * self.cost(setting, grid),
+        }
     }
 
     /// What a setting may take on a tile, in samples, before it has fewer tiles than others.
@@ -115,6 +194,15 @@ impl Session<'_> {
     pub(super) fn tiles_of(&self, setting: &Setting, tiles: usize, sample: &TileSample) -> usize {
         let share = (self.most(&sample.grid) / self.cost(setting, &sample.grid)).min(1.0);
         ((tiles as f64 * share) as usize).max(FEWEST.min(tiles))
+    }
+
+    /// Numbers of samples up to those that halve the error, and what of it denoised takes little.
+    pub(super) fn numbers_of_samples(&self) -> Vec<Setting> {
+        let is_near = |setting: &Setting| self.samples(setting) <= HALVES.saturating_mul(self.settings.sampling.count());
+        let is_one = |setting: &Setting| setting.choices().iter().all(|choice| NUMBERS.contains(&choice.ladder()));
+        let is_cheap = |setting: &Setting| setting.rung(Ladder::Reconstruction).is_none() || self.is_by_the_whole(setting);
+        let all = self.items().into_iter().map(|item| item.setting);
+        all.filter(|setting| is_one(setting) && is_near(setting) && is_cheap(setting)).collect()
     }
 
     /// Every setting of a plan, the most telling first: the scene as it is, numbers of samples that may be worth their time, with and without
@@ -168,11 +256,13 @@ impl Session<'_> {
             let first = measurements.renderer.take(&Setting::default(), &[], 0, self.at(RUNGS));
             Unfinished::allow(first)?;
         }
-        for (i, Item { setting, ladder, beside, is_kept }) in self.items().into_iter().enumerate() {
+        for (i, item) in self.items().into_iter().enumerate() {
+            let (is_telling, Item { setting, ladder, beside, is_kept }) = (item.is_telling(), item);
             listener.step(&setting.to_string(), self.spent());
-            let tiles = self.tiles_of(&setting, plan.tiles, measurements.sample);
-            let left = self.at(RUNGS).saturating_duration_since((self.now)()).as_secs_f64();
-            let expected = plan.tile_sample * tiles as f64 * self.cost(&setting, &measurements.sample.grid);
+            let tiles = if is_telling { plan.tiles } else { plan.rest };
+            let tiles = self.tiles_of(&setting, tiles, measurements.sample);
+            let left = self.left(RUNGS);
+            let expected = self.expected(&setting, tiles, &measurements.sample.grid);
             if i > 0 && expected > MOST_OF_REST * left {
                 // It would take the time of many others, and perhaps not be there in the end.
                 self.cut_short = true;

@@ -7,8 +7,8 @@ use super::super::measurements::Measurements;
 use super::super::renderer::Exposure;
 use super::super::report::{Answer, Candidate};
 use super::super::setting::Setting;
-use super::plan::MeasurementPlan;
-use super::{AGAIN, Session, WALKS};
+use super::plan::{MeasurementPlan, ROUNDS};
+use super::{AGAIN, HALVES, Session, WALKS};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
 
@@ -16,6 +16,8 @@ use crate::prepare::PrepareError;
 const GROWTH: f64 = 1.3;
 /// Settings that are measured on more tiles, by what they promise.
 const MOST_AGAIN: usize = 8;
+/// Settings in all that pairs are added up to.
+const MOST_SETTINGS: usize = 60;
 
 /// A walk through a session's measurements.
 struct SettingSurvey<'s, 'a, 'm> {
@@ -75,7 +77,32 @@ impl Session<'_> {
                 break;
             }
         }
+        for setting in self.sweep(&steps, measurements) {
+            listener.step(&format!("together: {setting}"), self.spent());
+            let tiles = self.tiles_of(&setting, plan.tiles, measurements.sample);
+            let has_time = self.expected(&setting, tiles, &measurements.sample.grid) < self.left(WALKS);
+            let is_done =
+                has_time && measurements.measure(&setting, (tiles, self.rounds(&setting)), None, false, self.at(WALKS))?;
+            if !is_done {
+                break;
+            }
+        }
         failed.map_or_else(|| Ok(measurements.settings()), Err)
+    }
+
+    /// Pairs of a number of samples and another rung that no walk came to, up to so many settings in all: where walks end depends on noise, and
+    /// how much is measured must not.
+    fn sweep(&self, steps: &[Steps], measurements: &Measurements<'_>) -> Vec<Setting> {
+        let known = measurements.settings();
+        let samples: Vec<Choice> =
+            self.choices_of(Ladder::Samples).filter(|_| self.pictured.contains(&Ladder::Samples)).collect();
+        let rungs = steps.iter().filter(|steps| steps.ladder != Ladder::Samples).flat_map(|steps| &steps.rungs);
+        let pair = |choice: Choice| samples.iter().map(move |&samples| Setting::one(samples).with(choice));
+        let mut pairs: Vec<Setting> = rungs.filter_map(|(choice, _)| *choice).flat_map(pair).collect();
+        let most = HALVES.saturating_mul(self.settings.sampling.count());
+        pairs.retain(|setting| self.is_possible(setting) && self.samples(setting) <= most && !known.contains(setting));
+        pairs.truncate(MOST_SETTINGS.saturating_sub(known.len()));
+        pairs
     }
 
     /// The steps of a walk that begins at a setting.
@@ -141,37 +168,17 @@ impl Session<'_> {
     /// is partly the luckiest.
     pub(super) fn again(
         &mut self,
-        plan: &MeasurementPlan,
-        known: Vec<Setting>,
+        known: &[Setting],
         measurements: &mut Measurements<'_>,
         exposure: &mut Exposure<'_>,
         listener: &mut dyn Listener,
     ) -> Result<(), PrepareError> {
         let own = Setting::default();
-        let mut chosen = vec![own.clone()];
-        let (answer, mut others) = (self.answer(&known, measurements), self.unbeaten(&known, measurements));
-        let named = [&answer.half_the_error, &answer.same_error].into_iter().flatten().map(|advice| advice.flags.clone());
-        let named: Vec<Vec<String>> = named.collect();
-        others.sort_by_key(|setting| !named.contains(&setting.flags()));
-        chosen.extend(others.into_iter().filter(|setting| *setting != own));
-        chosen.truncate(MOST_AGAIN);
+        let chosen = self.promising(&known, measurements);
         let (sample, end) = (measurements.sample, self.at(AGAIN));
-        let cost: f64 = chosen.iter().map(|setting| self.cost(setting, &sample.grid)).sum();
-        // By how much slower it went than the first look said.
-        let spent = self.elapsed();
         let mut tiles = measurements.known();
         if sample.is_whole(tiles) {
-            for rounds in (super::plan::ROUNDS + 1..=u64::from(self.effort.rounds)).rev() {
-                let time = plan.tile_sample * cost * tiles as f64 * rounds as f64 / super::plan::ROUNDS as f64;
-                if spent + time < AGAIN * self.effort.budget.as_secs_f64() {
-                    for setting in &chosen {
-                        listener.step(&format!("once more: {setting}"), self.spent());
-                        measurements.measure(setting, (tiles, rounds), None, *setting == own, end)?;
-                    }
-                    break;
-                }
-            }
-            return Ok(());
+            return self.all_again(&chosen, measurements, listener);
         }
         while tiles < sample.most() {
             let next = ((tiles as f64 * GROWTH) as usize).clamp(tiles + 1, sample.most());
@@ -188,8 +195,59 @@ impl Session<'_> {
                 }
             }
             tiles = next;
+            if sample.is_whole(tiles) {
+                return self.all_again(&chosen, measurements, listener);
+            }
             // The next ones take longer by as much as there are more of them.
             if (self.now)() + ((self.now)() - before).mul_f64(GROWTH) > end {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// The setting in use, numbers of samples that most ask for, what was named so far, and others by what they promise.
+    fn promising(&self, known: &[Setting], measurements: &Measurements<'_>) -> Vec<Setting> {
+        let own = Setting::default();
+        let answer = self.answer(known, measurements);
+        let named = [&answer.half_the_error, &answer.same_error].into_iter().flatten().map(|advice| advice.flags.clone());
+        let named: Vec<Vec<String>> = named.collect();
+        let mut others = self.unbeaten(known, measurements);
+        others.sort_by_key(|setting| !named.contains(&setting.flags()));
+        others.retain(|setting| *setting != own);
+        others.truncate(MOST_AGAIN);
+        let mut chosen = vec![own];
+        for setting in self.numbers_of_samples().into_iter().filter(|setting| known.contains(setting)).chain(others) {
+            if !chosen.contains(&setting) {
+                chosen.push(setting);
+            }
+        }
+        chosen
+    }
+
+    /// Measures settings on all tiles that they lack, since what takes long has fewer, and then in more rounds.
+    fn all_again(
+        &self,
+        chosen: &[Setting],
+        measurements: &mut Measurements<'_>,
+        listener: &mut dyn Listener,
+    ) -> Result<(), PrepareError> {
+        let (tiles, grid, end) = (measurements.known(), measurements.sample.grid, self.at(AGAIN));
+        for setting in chosen {
+            let lacking = tiles - measurements.tiles(setting).min(tiles);
+            if lacking > 0 && self.expected(setting, lacking, &grid) < self.left(AGAIN) {
+                listener.step(&format!("more tiles: {setting}"), self.spent());
+                measurements.measure(setting, (tiles, self.rounds(setting)), None, false, end)?;
+            }
+        }
+        let once = |setting: &Setting| self.expected(setting, tiles, &grid) / self.rounds(setting) as f64;
+        let once: f64 = chosen.iter().map(once).sum();
+        for rounds in (ROUNDS + 1..=u64::from(self.effort.rounds)).rev() {
+            if once * (rounds as f64) < self.left(AGAIN) {
+                for setting in chosen {
+                    listener.step(&format!("once more: {setting}"), self.spent());
+                    measurements.measure(setting, (tiles, rounds), None, *setting == Setting::default(), end)?;
+                }
                 break;
             }
         }
