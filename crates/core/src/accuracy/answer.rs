@@ -18,6 +18,8 @@ const MOST_BIAS: f64 = 0.25;
 const SURE_BIAS: f64 = 0.5;
 /// Light may change by this share.
 const MOST_LIGHT: f64 = 0.005;
+/// A simpler setting that takes up to so many times as long is named instead.
+const NEAR: f64 = 1.1;
 /// A measurement that would take longer than so many times its budget is not promised.
 const LONGEST: f64 = 60.0;
 
@@ -50,15 +52,17 @@ pub(super) fn is_sound(setting: &Setting, measured: &Measured, own: &Measured) -
 /// Chooses among measured settings; `budget` in seconds is what they had.
 pub(super) fn answer(mut all: Vec<AdviceCandidate>, budget: f64) -> Answer {
     all.retain(|of| of.setting != Setting::default() && of.is_sound);
-    // Of settings that take as long, the simpler one.
     let length = |of: &AdviceCandidate| of.setting.choices().len();
-    all.sort_by(|a, b| a.cost.time.value.total_cmp(&b.cost.time.value).then(length(a).cmp(&length(b))));
+    all.sort_by(|a, b| a.cost.time.value.total_cmp(&b.cost.time.value));
     let find = |[value, high]: [f64; 2], most_time: f64| {
         let promises = |of: &&AdviceCandidate| {
             of.cost.error.low > 0.0 && of.cost.error.value <= value * value && of.cost.time.high <= most_time
         };
         let holds = |of: &&AdviceCandidate| of.cost.error.high <= high * high;
-        let found = all.iter().filter(promises).find(holds);
+        let found = all.iter().filter(promises).find(holds).map(|fastest| {
+            let is_near = |of: &&AdviceCandidate| of.cost.time.value <= NEAR * fastest.cost.time.value;
+            all.iter().filter(promises).filter(holds).filter(is_near).min_by_key(|of| length(of)).unwrap_or(fastest)
+        });
         let advice = found.map(|of| Advice {
             flags: of.setting.flags(),
             time: of.cost.time,

@@ -17,6 +17,7 @@ use super::setting::Setting;
 use super::tiles::TileSample;
 use crate::bench::Spread;
 use crate::display::Display;
+use crate::ladder::Ladder;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
@@ -168,11 +169,9 @@ impl<'a> Measurements<'a> {
             let looked: f64 = self.sample.order.iter().map(|look| look.seconds).sum();
             let looked = looked * grid.count() as f64 / self.sample.most() as f64;
             let first = is_all.then(|| renders[0].picture.clone());
-            let pilots = self.pilots.as_ref().filter(|_| is_new && !is_all);
-            let whole_errors = pilots.map(|pilots| pilots.judge(renders.iter().map(|render| &render.picture)));
             let of = &mut self.all[place];
             if is_new {
-                (of.tiles, of.pictures, of.first, of.whole_errors) = (Vec::new(), Vec::new(), first, whole_errors);
+                (of.tiles, of.pictures, of.first) = (Vec::new(), Vec::new(), first);
             }
             let from = self.all[place].tiles.len();
             let share = |at: usize| {
@@ -183,6 +182,9 @@ impl<'a> Measurements<'a> {
             self.judge(place, (from..count).map(|at| (at, whole, share(at), all())).collect(), beside, keep);
             if is_denoised && !is_all {
                 self.all[place].whole = renders;
+                if is_new {
+                    self.judge_whole();
+                }
             }
             return Ok(true);
         }
@@ -192,6 +194,17 @@ impl<'a> Measurements<'a> {
         let renders = parts.iter().enumerate().map(|(i, &part)| (from + i, part, share(from + i, part), of_part(&renders, i)));
         self.judge(place, renders.collect(), beside, keep);
         Ok(true)
+    }
+
+    /// Judges all denoised pictures of the whole by the pilots, relative to the one of most samples.
+    fn judge_whole(&mut self) {
+        let samples = |of: &Figures| of.setting.applied(self.renderer.scene, self.renderer.settings).1.sampling.count();
+        let is_free = |of: &&Figures| of.setting.without(Ladder::Reconstruction).is_free_of_bias();
+        let best = self.all.iter().filter(|of| !of.whole.is_empty()).filter(is_free).max_by_key(|of| samples(of));
+        let Some((pilots, best)) = self.pilots.as_ref().zip(best.map(|of| of.whole[0].picture.clone())) else { return };
+        for of in self.all.iter_mut().filter(|of| !of.whole.is_empty()) {
+            of.whole_errors = Some(pilots.judge(of.whole.iter().map(|render| &render.picture), &best));
+        }
     }
 
     /// Whether a denoised picture of the whole takes so little that tiles with their margins are not worth it.

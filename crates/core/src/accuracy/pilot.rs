@@ -21,8 +21,9 @@ pub(super) struct WholeErrors {
 }
 
 impl PilotPair {
-    /// Judges renders of one setting, each with random numbers of its own; at least one, of the pilots' size.
-    pub fn judge<'p>(&self, renders: impl Iterator<Item = &'p Picture>) -> WholeErrors {
+    /// Judges renders of one setting, each with random numbers of its own; at least one, of the pilots' size. `best` is what is nearest to the truth
+    /// of what is known, apart from the pilots, whose noise must not decide what it counts.
+    pub fn judge<'p>(&self, renders: impl Iterator<Item = &'p Picture>, best: &Picture) -> WholeErrors {
         let [one, other] = &self.0;
         let width = one.width as usize;
         let columns = width.div_ceil(BLOCK);
@@ -36,7 +37,7 @@ impl PilotPair {
                     let [value, one, other] = [rgb[i], one.rgb[pixel][i], other.rgb[pixel][i]].map(f64::from);
                     let square = (value - one) * (value - other);
                     if square.is_finite() {
-                        relative[block] += square * weight(rgb[i]);
+                        relative[block] += square * weight(best.rgb[pixel][i]);
                         squared[block] += square / 3.0;
                     }
                 }
@@ -48,7 +49,7 @@ impl PilotPair {
 }
 
 impl WholeErrors {
-    /// Mean of (I − R)² / (R² + 0.01). What a pixel is divided by is told by the picture that is judged.
+    /// Mean of (I − R)² / (R² + 0.01).
     pub fn relmse(&self) -> Interval {
         mean(&self.relative, self.pixels)
     }
@@ -93,13 +94,17 @@ mod tests {
     #[test]
     fn noisy_pilots_tell_small_errors() {
         let judged = picture(|at| if at / 3 % 96 < 8 && at / 288 < 8 { 1.5 } else { 1.05 });
-        let (truth, mut held, mut sum) = ((0.05_f64.powi(2) * 95.0 + 0.25) / 96.0, 0, 0.0);
+        let (truth, mut held, mut sum, mut relative) = ((0.05_f64.powi(2) * 95.0 + 0.25) / 96.0, 0, 0.0, 0.0);
+        let best = picture(|_| 1.0);
         for seed in 0..400 {
             let noisy = |of: u64| picture(move |at| 1.0 + 1.732 * (uniform(2 * seed + of, at) - 0.5));
-            let mse = PilotPair([noisy(0), noisy(1)]).judge([&judged].into_iter()).mse();
+            let errors = PilotPair([noisy(0), noisy(1)]).judge([&judged].into_iter(), &best);
+            let mse = errors.mse();
+            relative += errors.relmse().value / 400.0;
             held += u32::from(mse.low <= truth && truth <= mse.high);
             sum += mse.value / 400.0;
         }
         assert!((sum / truth - 1.0).abs() < 0.1 && (360..=396).contains(&held), "{sum}, not {truth}; {held} of 400 hold");
+        assert!((relative * 1.01 / sum - 1.0).abs() < 1e-6, "{relative} beside {sum}: all is relative to ones");
     }
 }

@@ -208,7 +208,7 @@ pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
     let (drawn, error) = (drawn * correction, (drawn * correction + within).sqrt() / below);
     // Welch and Satterthwaite: noise within tiles is known well.
     let freedom = freedom * ((drawn + within) / drawn.max(1e-300)).powi(2);
-    Some((ratio, error, student_95(freedom.min(1e6) as u32)))
+    Some((ratio, error, student_95((freedom.min(1e6) as u32).max(1))))
 }
 
 /// The same as an interval. What can't be told from the reference's noise begins at zero.

@@ -15,3 +15,13 @@ function show() {
 }
 for (const control of [one, other, edge]) control.addEventListener("input", show);
 show();
+// What a pointer shows where it rests is told of what has the focus, too.
+const told = document.getElementById("told");
+const words = (of) => of.getAttribute("aria-label") ?? of.title;
+for (const of of document.querySelectorAll("g[tabindex]")) {
+  for (const event of ["focus", "pointerenter"]) of.addEventListener(event, () => { told.textContent = words(of); });
+}
+for (const of of document.querySelectorAll("td[tabindex]")) {
+  of.addEventListener("focus", () => { of.dataset.told = words(of); });
+  of.addEventListener("blur", () => { delete of.dataset.told; });
+}

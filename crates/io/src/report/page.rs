@@ -56,6 +56,10 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
             points: others.filter_map(point).collect(),
         }
     });
+    // What the frontier or the scene's own point shows is not drawn twice.
+    let drawn: Vec<Point> = report.frontier.iter().map(|of| &of.measured).chain([&report.own]).map(place).collect();
+    let is_drawn = |point: &Point| drawn.iter().any(|other| (other.x, other.y) == (point.x, point.y));
+    let rungs = rungs.map(|line| Line { points: line.points.into_iter().filter(|point| !is_drawn(point)).collect(), ..line });
     let (samples, others): (Vec<Line>, Vec<Line>) = rungs.partition(|line| line.colour == Colour::Second);
     let others = Line {
         points: others.iter().flat_map(|line| line.points.clone()).collect(),
@@ -103,6 +107,9 @@ fn place(of: &Measured) -> Point {
     }
 }
 
+/// Most screen pixels of a pixel.
+const MOST_SCALE: u32 = 16;
+
 fn seconds(exponent: i32) -> String {
     match exponent {
         ..-3 => format!("{} µs", power(exponent + 6)),
@@ -131,17 +138,17 @@ impl Page<'_> {
         let title = format!("What accuracy costs in time: {}", escaped(self.scene));
         let circumstances: String =
             self.circumstances.iter().map(|line| format!("<p class=\"soft\">{}</p>\n", escaped(line))).collect();
-        let circumstance = self.circumstances.first().map_or("", String::as_str);
-        let plot = accuracy_plot(self.scene, circumstance, self.report, self.flags);
+        let plot = accuracy_plot(self.scene, "", self.report, self.flags);
         // What its numbers stand for is in the table below it.
-        let plot = Plot { key: Vec::new(), ..plot }.svg();
+        let plot = Plot { title: String::new(), key: Vec::new(), ..plot }.svg();
         // Every second part stands between back quotes.
         let parts = self.answer.split('`').map(escaped).enumerate();
         let answer: String = parts.map(|(i, part)| if i % 2 == 1 { format!("<code>{part}</code>") } else { part }).collect();
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{title}</title>\n<style>\n{}</style></head>\n\
-             <body><main>\n<h1>{title}</h1>\n<p class=\"answer\">{answer}</p>\n<div class=\"wide\">{plot}</div>\n{}\
+             <body><main>\n<h1>{title}</h1>\n<p class=\"answer\">{answer}</p>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n\
+             <figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{}\
              <h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Made by <code>{}</code></p>\n{}{}{}{}{}</main>\n<script>\n{}</script>\n</body></html>\n",
             include_str!("page.css"),
             self.frontier(),
@@ -178,14 +185,16 @@ impl Page<'_> {
                 map.unwrap_or_default()
             );
         }
+        // A tile of few pixels is not blown up to the page's width.
+        let wide = format!(" style=\"max-width:{}px\"", MOST_SCALE * reference.picture.width);
         let own = options.replace("<option>as it is<", "<option selected>as it is<");
         format!(
             "<h2>Beside each other</h2>\n{}<div class=\"pair\">\n<label>left<select id=\"one\">{own}</select></label>\n\
              <label>right<select id=\"other\">{options}</select></label>\n\
              <label>left up to<input id=\"edge\" type=\"range\" min=\"0\" max=\"100\" value=\"50\"></label></div>\n\
-             <div class=\"stage\"><img id=\"under\" alt=\"\"><img id=\"over\" class=\"over\" alt=\"\"></div>\n\
+             <div class=\"stage\"{wide}><img id=\"under\" alt=\"\"><img id=\"over\" class=\"over\" alt=\"\"></div>\n\
              <h2>Error of the left one</h2>\n<div class=\"scale\"><span>0</span><span class=\"bar\"></span><span>{} and more</span></div>\n\
-             <div class=\"stage\"><img id=\"heat\" alt=\"error of the left picture\"></div>\n\
+             <div class=\"stage\"{wide}><img id=\"heat\" alt=\"error of the left picture\"></div>\n\
              <p class=\"soft\">Largest absolute difference of the channels to the reference, in linear radiance.</p>\n\
              <h2>All of them</h2>\n<div class=\"thumbs\">\n{thumbs}</div>\n",
             self.place_of(&reference.picture),
@@ -200,7 +209,7 @@ impl Page<'_> {
             return String::new();
         }
         format!(
-            "<p class=\"soft\">{width}×{height} pixels of the picture as it is rendered, from column {x} and row {y} on.</p>\n"
+            "<p class=\"soft\">A tile of the picture as it is rendered: {width}×{height} pixels from column {x} and row {y} on, each shown as a square.</p>\n"
         )
     }
 

@@ -11,7 +11,7 @@ use crate::masking::masked;
 /// A plot.
 #[derive(Clone, Debug, Default)]
 pub struct Plot {
-    /// Headline.
+    /// Headline; empty: a page around it has one.
     pub title: String,
     /// What is compared, in a line below it.
     pub subtitle: String,
@@ -96,6 +96,9 @@ pub enum Colour {
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 578.0;
 
+/// Where a plot without a headline begins.
+const BARE_TOP: f64 = 80.0;
+
 const STYLE: &str = include_str!("plot.css");
 
 /// Of a line of the key, and from the words below the horizontal axis to its first one.
@@ -129,17 +132,24 @@ impl Plot {
     }
 
     fn head(&self, svg: &mut String) {
-        let height = self.height();
         let [title, subtitle, circumstances] = [&self.title, &self.subtitle, &self.circumstances].map(|text| escaped(text));
+        let top = if title.is_empty() { BARE_TOP } else { 0.0 };
+        let height = self.height() - top;
+        let name = if title.is_empty() { escaped(&self.y.label) } else { title.clone() };
         // Writing to a string can't fail.
         let _ = write!(
             svg,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
-             role=\"img\">\n<title>{title}</title>\n<desc>{subtitle}</desc>\n<style>\n{STYLE}</style>\n\
-             <rect class=\"paper\" width=\"{WIDTH}\" height=\"{height}\"/>\n\
-             <text class=\"title\" x=\"24\" y=\"34\">{title}</text>\n<text class=\"soft\" x=\"24\" y=\"56\">{subtitle}</text>\n\
-             <text class=\"soft\" x=\"24\" y=\"75\">{circumstances}</text>\n"
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 {top} {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
+             role=\"group\" aria-label=\"{name}\">\n<desc>{subtitle}</desc>\n<style>\n{STYLE}</style>\n\
+             <rect class=\"paper\" y=\"{top}\" width=\"{WIDTH}\" height=\"{height}\"/>\n"
         );
+        if !title.is_empty() {
+            let _ = write!(
+                svg,
+                "<text class=\"title\" x=\"24\" y=\"34\">{title}</text>\n<text class=\"soft\" x=\"24\" y=\"56\">{subtitle}</text>\n\
+                 <text class=\"soft\" x=\"24\" y=\"75\">{circumstances}</text>\n"
+            );
+        }
     }
 
     /// Lines at powers of ten with their words, and the names of the axes.
@@ -278,7 +288,8 @@ impl Line {
             match &point.label {
                 None => self.marker(svg, x, y),
                 Some(label) => {
-                    let _ = write!(svg, "<g><title>{}</title>", escaped(label));
+                    let label = escaped(label);
+                    let _ = write!(svg, "<g tabindex=\"0\" role=\"img\" aria-label=\"{label}\"><title>{label}</title>");
                     self.marker(svg, x, y);
                     svg.push_str("</g>\n");
                 }

@@ -54,6 +54,21 @@ impl Table {
         Self { columns: columns.to_vec(), rows: [names].into_iter().chain(rows).collect() }
     }
 
+    /// The same without columns that are empty in every row, but for their names; the first column stays.
+    #[must_use]
+    pub fn without_empty_columns(mut self) -> Self {
+        let cell = |row: &TableRow, column: usize| row.cells.get(column).is_some_and(|cell| !cell.is_empty());
+        let is_kept = |column: usize| column == 0 || self.rows.iter().skip(1).any(|row| cell(row, column));
+        let kept: Vec<bool> = (0..self.columns.len()).map(is_kept).collect();
+        let mut of_columns = kept.iter();
+        self.columns.retain(|_| of_columns.next() == Some(&true));
+        for row in &mut self.rows {
+            let mut of_cells = kept.iter();
+            row.cells.retain(|_| of_cells.next() == Some(&true));
+        }
+        self
+    }
+
     /// Plain text: columns padded to their widest cell, two spaces apart, within so many characters, and no spaces at the end of a line. A cell
     /// with several lines would look like several rows, and is made one.
     ///
@@ -107,15 +122,22 @@ impl Table {
     /// A table of a page.
     pub fn html(&self) -> String {
         let Some((names, rows)) = self.rows.split_first() else { return String::new() };
-        let names: String = names.cells.iter().map(|name| format!("<th>{}</th>", escaped(name))).collect();
+        let name = |(i, name): (usize, &String)| {
+            let is_text = self.columns.get(i) == Some(&Align::Left);
+            format!("<th{}>{}</th>", if is_text { attribute("class", "text") } else { String::new() }, escaped(name))
+        };
+        let names: String = names.cells.iter().enumerate().map(name).collect();
         let rows: String = rows.iter().map(|row| self.html_row(row)).collect();
-        format!("<div class=\"wide\"><table><thead><tr>{names}</tr></thead><tbody>\n{rows}</tbody></table></div>\n")
+        format!(
+            "<div class=\"wide\" tabindex=\"0\"><table><thead><tr>{names}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+        )
     }
 
     fn html_row(&self, row: &TableRow) -> String {
         let (count, columns) = (row.cells.len(), self.columns.len());
         let cell = |(i, cell): (usize, &String)| {
-            let about = if i == 0 && !row.about.is_empty() { attribute("title", &row.about) } else { String::new() };
+            let has_about = i == 0 && !row.about.is_empty();
+            let about = if has_about { attribute("title", &row.about) + " tabindex=\"0\"" } else { String::new() };
             let is_wide = i + 1 == count && count < columns;
             let span = if is_wide { attribute("colspan", &(columns - i).to_string()) } else { String::new() };
             let is_text = i > 0 && (is_wide || self.columns[i] == Align::Left);
@@ -243,6 +265,15 @@ mod tests {
         assert_eq!(numbers.text(None).lines().count(), 2);
     }
 
+    /// Protects: a column that no row has anything in is left out, and no other.
+    #[test]
+    fn empty_columns_are_left_out() {
+        let rows = [["rung", "time", "bias", "light"], ["a", "1", "", ""], ["b", "", "", "2"]];
+        let table = table([Align::Left, Align::Right, Align::Right, Align::Left], &rows).without_empty_columns();
+        assert_eq!(table.csv(), "rung,time,light\na,1,\nb,,2\n");
+        assert_eq!(table.columns, [Align::Left, Align::Right, Align::Left]);
+    }
+
     /// Protects: one table is the same rows in every notation; a page marks rows and says what they are, what is typed is code, a short row's
     /// last cell goes on to the edge, and nothing of a name is read as markup.
     #[test]
@@ -253,10 +284,13 @@ mod tests {
         table.rows[1].about = "\"what\"".to_owned();
         table.rows.push(TableRow::of_class("ladder", ["all".to_owned()]));
         table.rows.push(TableRow::of_class("own", ["c".to_owned(), "no time".to_owned()]));
-        let rows = "<tr><td title=\"&quot;what&quot;\">a&lt;b</td><td>1</td><td class=\"text\"><code>--spp 4</code></td></tr>\n\
+        let rows = "<tr><td title=\"&quot;what&quot;\" tabindex=\"0\">a&lt;b</td><td>1</td><td class=\"text\"><code>--spp 4</code></td></tr>\n\
             <tr class=\"ladder\"><td colspan=\"3\">all</td></tr>\n\
             <tr class=\"own\"><td>c</td><td colspan=\"2\" class=\"text\">no time</td></tr>\n";
         let html = table.html();
-        assert!(html.contains("<th>rung</th><th>x</th><th>flags</th>") && html.contains(rows), "{html}");
+        assert!(
+            html.contains("<th class=\"text\">rung</th><th>x</th><th class=\"text\">flags</th>") && html.contains(rows),
+            "{html}"
+        );
     }
 }

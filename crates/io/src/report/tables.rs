@@ -36,21 +36,21 @@ impl Page<'_> {
         }
         let named = (1..).zip(self.report.frontier.iter().zip(self.flags));
         let rows = named.map(|(i, (candidate, flags))| {
-            let cells = [format!("({i})"), format!("`{flags}`")]
-                .into_iter()
-                .chain(self.cells(&candidate.measured, None).into_iter().take(7));
+            // What else is known of them stands in the table of rungs.
+            let [time, ratio, error, _, _, light, ..] = self.cells(&candidate.measured, None);
+            let cells = [format!("({i})"), format!("`{flags}`"), time, ratio, error, light];
             TableRow::of_class(own(candidate.flags.is_empty()), cells)
         });
-        let mut columns = [Align::Right; 9];
+        let mut columns = [Align::Right; 6];
         columns[1] = Align::Left;
-        let [time, ratio, error, rmse, bias, light, flip, _] = HEADS;
-        let names = ["", "flags", time, ratio, error, rmse, bias, light, flip];
+        let [time, ratio, error, _, _, light, ..] = HEADS;
+        let names = ["", "flags", time, ratio, error, light];
         format!(
             "<h2>Worth their time</h2>\n<p>No setting that was measured is both faster and nearer to the reference. The first row whose \
              error is small enough is the cheapest setting for that error; the last one within a time is the best for that time. The flags \
              stand behind <code>{}</code></p>\n{}",
             escaped(self.own_command),
-            Table::new(columns, names, rows).html(),
+            Table::new(columns, names, rows).without_empty_columns().html(),
         )
     }
 
@@ -91,7 +91,7 @@ impl Page<'_> {
              own size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Bias: the part of it that more samples leave. Light: what is gone of it, or added. Alone: root mean square difference to the ladder's most exact rung with \
              the same random numbers. &lt;: too small to be told from the reference's noise.</p>\n\
              {}{beaten}{late}{absent}",
-            Table::new([Align::Right; 9], names, rows).html()
+            Table::new([Align::Right; 9], names, rows).without_empty_columns().html()
         )
     }
 
@@ -145,8 +145,7 @@ impl Page<'_> {
         }
         let names = ["rung", "CPU time", "× in use", "preparing", "memory"];
         format!(
-            "<h2>What changes no picture</h2>\n<p class=\"soft\">RungCost in time and memory alone; that the pictures are the same bits is \
-             checked.</p>\n{}",
+            "<h2>What changes no picture</h2>\n<p class=\"soft\">Rungs that cost time and memory alone. Their pictures are the same bits, which is checked.</p>\n{}",
             Table::new([Align::Right; 5], names, rows).html()
         )
     }
@@ -184,7 +183,7 @@ impl Page<'_> {
         format!(
             "<h2>What the scene calls for</h2>\n<p class=\"soft\">{}</p>\n{}",
             costs.map_or_else(|| "There was no time to measure what each costs.".to_owned(), how_measured),
-            Table::new(columns, names, rows).html()
+            Table::new(columns, names, rows).without_empty_columns().html()
         )
     }
 }

@@ -8,14 +8,14 @@ use super::super::renderer::Exposure;
 use super::super::report::{Answer, Candidate};
 use super::super::setting::Setting;
 use super::plan::{MeasurementPlan, ROUNDS};
-use super::{AGAIN, HALVES, Session, WALKS};
+use super::{AGAIN, HALVES, RUNGS, Session, WALKS};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
 
 /// More tiles are added by so many times those that there are.
 const GROWTH: f64 = 1.3;
 /// Settings that are measured on more tiles, by what they promise.
-const MOST_AGAIN: usize = 8;
+const MOST_AGAIN: usize = 6;
 /// Settings in all that pairs are added up to.
 const MOST_SETTINGS: usize = 60;
 
@@ -77,12 +77,14 @@ impl Session<'_> {
                 break;
             }
         }
+        // Where walks were done early, what is left is for more tiles.
+        let end = self.at(WALKS).min((self.now)() + self.effort.budget.mul_f64(WALKS - RUNGS));
         for setting in self.sweep(&steps, measurements) {
             listener.step(&format!("together: {setting}"), self.spent());
             let tiles = self.tiles_of(&setting, plan.tiles, measurements.sample);
-            let has_time = self.expected(&setting, tiles, &measurements.sample.grid) < self.left(WALKS);
-            let is_done =
-                has_time && measurements.measure(&setting, (tiles, self.rounds(&setting)), None, false, self.at(WALKS))?;
+            let left = end.saturating_duration_since((self.now)()).as_secs_f64();
+            let has_time = self.expected(&setting, tiles, &measurements.sample.grid) < left;
+            let is_done = has_time && measurements.measure(&setting, (tiles, self.rounds(&setting)), None, false, end)?;
             if !is_done {
                 break;
             }
@@ -214,7 +216,8 @@ impl Session<'_> {
         let named: Vec<Vec<String>> = named.collect();
         let mut others = self.unbeaten(known, measurements);
         others.sort_by_key(|setting| !named.contains(&setting.flags()));
-        others.retain(|setting| *setting != own);
+        let most = HALVES.saturating_mul(self.settings.sampling.count());
+        others.retain(|setting| *setting != own && self.samples(setting) <= most);
         others.truncate(MOST_AGAIN);
         let mut chosen = vec![own];
         for setting in self.numbers_of_samples().into_iter().filter(|setting| known.contains(setting)).chain(others) {

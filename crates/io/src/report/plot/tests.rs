@@ -50,20 +50,22 @@ fn lines_are_drawn_and_named() {
     assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
 }
 
-/// Protects: an upper bound is an arrow that points down from it, with words in the legend; a name stands beside its point, where a pointer
-/// finds it too; and what names stand for makes the plot higher.
+/// Protects: an upper bound is an arrow that points down from it, with words in the legend; a name stands beside its point, where a pointer and
+/// a keyboard find what it stands for; what names stand for makes the plot higher, and a headline that is the page's makes it less high.
 #[test]
 fn bounds_and_names_are_drawn() {
     let bound = Point { is_bound: true, ..point(1.0, 10.0) };
     let named = Point { name: "n1".to_owned(), label: Some("--spp 64".to_owned()), ..point(10.0, 30.0) };
     let lines = vec![Line { points: vec![bound, named], ..Line::default() }];
-    let svg = Plot { lines: lines.clone(), key: vec!["n1  <--spp>".to_owned()], ..Plot::default() }.svg();
+    let svg = Plot { title: "t".to_owned(), lines: lines.clone(), key: vec!["n1  <--spp>".to_owned()], ..Plot::default() }.svg();
     assert!(svg.matches("v18m-4").count() == 2 && svg.contains(">at most: lost in noise<"), "{svg}");
     assert!(
         svg.contains(">n1</text>") && svg.contains("<title>--spp 64</title>") && svg.contains(">n1  &lt;--spp&gt;<"),
         "{svg}"
     );
+    assert!(svg.contains("<g tabindex=\"0\" role=\"img\" aria-label=\"--spp 64\">"), "{svg}");
     assert!(svg.contains(&format!("height=\"{}\"", HEIGHT + KEY_START + KEY_LINE)), "{svg}");
     let plain = Plot { lines: vec![Line { points: vec![point(1.0, 3.0)], ..Line::default() }], ..Plot::default() }.svg();
-    assert!(!plain.contains("at most") && plain.contains(&format!("height=\"{HEIGHT}\"")), "{plain}");
+    assert!(!plain.contains("at most") && plain.contains(&format!("height=\"{}\"", HEIGHT - BARE_TOP)), "{plain}");
+    assert!(!plain.contains("class=\"title\""), "{plain}");
 }
