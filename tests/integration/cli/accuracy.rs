@@ -194,7 +194,8 @@ fn the_page_stands_alone() {
             || page.contains("raywright render 'a&amp;b&lt;c.scene.toml'")
     );
     let svg = std::fs::read_to_string(desk.path("a.svg")).expect("a plot");
-    assert!(svg.starts_with("<svg") && svg.contains(">worth their time, together<") && svg.contains("<title>samples=64</title>"));
+    assert!(svg.starts_with("<svg") && svg.contains(">worth their time, together<") && svg.contains("<title>--spp "));
+    assert_eq!(page.matches("What accuracy costs in time: ").count(), 2, "the title of the page and its heading");
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
 }
 
@@ -277,7 +278,8 @@ fn an_interrupted_measurement_keeps_what_it_has() {
     let words = ["accuracy", "ball.scene.toml", "--size", "128x96", "--budget", "60s", "-o", "a.json"];
     let mut child = desk.command(&words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
     let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
-    assert!(said.any(|line| line.contains("samples=")), "it comes to the rounds");
+    let is_of_a_setting = |line: String| line.contains('=') || line.contains("as it is") || line.contains("more tiles");
+    assert!(said.any(is_of_a_setting), "it comes to the settings");
     std::thread::sleep(Duration::from_millis(1500));
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
     let rest: Vec<String> = said.collect();

@@ -33,11 +33,11 @@ impl PilotPair {
             count += 1.0;
             for (pixel, rgb) in render.rgb.iter().enumerate() {
                 let block = pixel / width / BLOCK * columns + pixel % width / BLOCK;
-                for i in 0..3 {
-                    let [value, one, other] = [rgb[i], one.rgb[pixel][i], other.rgb[pixel][i]].map(f64::from);
-                    let square = (value - one) * (value - other);
+                let channels = rgb.iter().zip(&one.rgb[pixel]).zip(&other.rgb[pixel]).zip(&best.rgb[pixel]);
+                for (((&value, &one), &other), &best) in channels {
+                    let square = (f64::from(value) - f64::from(one)) * (f64::from(value) - f64::from(other));
                     if square.is_finite() {
-                        relative[block] += square * weight(best.rgb[pixel][i]);
+                        relative[block] += square * weight(best);
                         squared[block] += square / 3.0;
                     }
                 }

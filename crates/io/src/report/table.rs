@@ -83,7 +83,9 @@ impl Table {
         let room = room.unwrap_or(usize::MAX);
         let all = Vec::from_iter(0..columns.len());
         let before = widths.split_last().map_or(0, |(_, others)| others.iter().map(|width| width + GAP.len()).sum::<usize>());
-        if columns.last() == Some(&Align::Left) && before + LEAST_TEXT <= room {
+        let words = rows.iter().filter_map(|row| row.get(columns.len().checked_sub(1)?)).flat_map(|cell| cell.split(' '));
+        let longest = words.map(|word| word.chars().count()).max().unwrap_or(0);
+        if columns.last() == Some(&Align::Left) && before + LEAST_TEXT.max(longest) <= room {
             return rows.iter().map(|row| line(row, &widths, columns, &all, room)).collect();
         }
         let mut bands: Vec<Vec<usize>> = Vec::new();
@@ -255,11 +257,13 @@ mod tests {
     }
 
     /// Protects: a table that is too wide breaks the text of its last column below its beginning, or goes on below with the first column once
-    /// more; nothing is lost.
+    /// more, also where one word of the last column is too long; nothing is lost.
     #[test]
     fn tables_fit() {
         let text = table([Align::Left; 2], &[["a", "one two three four five six seven eight"], ["b", "nine"]]).text(Some(24));
         assert_eq!(text, "a  one two three four\n   five six seven eight\nb  nine\n");
+        let long = table([Align::Left; 3], &[["a", "eight ch", "x"], ["b", "c", "a-word-of-twenty-three"]]).text(Some(30));
+        assert_eq!(long, "a  eight ch\nb  c\n\na  x\nb  a-word-of-twenty-three\n");
         let numbers = table([Align::Right; 4], &[["N", "first one", "second", "third"], ["10", "1", "2", "3"]]);
         assert_eq!(numbers.text(Some(22)), " N  first one  second\n10          1       2\n\n N  third\n10      3\n");
         assert_eq!(numbers.text(None).lines().count(), 2);

@@ -98,7 +98,8 @@ impl Session<'_> {
         let known = measurements.settings();
         let samples: Vec<Choice> =
             self.choices_of(Ladder::Samples).filter(|_| self.pictured.contains(&Ladder::Samples)).collect();
-        let rungs = steps.iter().filter(|steps| steps.ladder != Ladder::Samples).flat_map(|steps| &steps.rungs);
+        let is_paired = |ladder: Ladder| ladder != Ladder::Samples && !ladder.is_a_matter_of_taste();
+        let rungs = steps.iter().filter(|steps| is_paired(steps.ladder)).flat_map(|steps| &steps.rungs);
         let pair = |choice: Choice| samples.iter().map(move |&samples| Setting::one(samples).with(choice));
         let mut pairs: Vec<Setting> = rungs.filter_map(|(choice, _)| *choice).flat_map(pair).collect();
         let most = HALVES.saturating_mul(self.settings.sampling.count());
@@ -176,7 +177,7 @@ impl Session<'_> {
         listener: &mut dyn Listener,
     ) -> Result<(), PrepareError> {
         let own = Setting::default();
-        let chosen = self.promising(&known, measurements);
+        let chosen = self.promising(known, measurements);
         let (sample, end) = (measurements.sample, self.at(AGAIN));
         let mut tiles = measurements.known();
         if sample.is_whole(tiles) {
