@@ -8,7 +8,7 @@ use std::path::Path;
 type Modules = BTreeMap<Vec<String>, String>;
 
 /// Circles that are kept, each of which is one thing in two files or more.
-const MOST: usize = 6;
+const MOST: usize = 2;
 
 /// Reads the modules below a folder; `path` is that of the module whose folder it is.
 fn read(folder: &Path, path: &[String], modules: &mut Modules) {

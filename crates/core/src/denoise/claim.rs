@@ -18,8 +18,8 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::mixture::{FLOOR, replicate_statistics};
 use super::plane::PixelPlane;
-use super::{CandidatePixel, Denoised};
-use crate::film::{BRIGHTEST, Doubt, Estimate, FOUR, Film, ReplicateQuad, Uncertainty};
+use super::{CandidatePixel, Denoised, FOUR};
+use crate::film::{BRIGHTEST, Doubt, Estimate, Film, ReplicateQuad, Uncertainty};
 use crate::metrics::student_95;
 use crate::picture::Picture;
 

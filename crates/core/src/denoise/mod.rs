@@ -16,6 +16,7 @@
 
 mod candidates;
 mod claim;
+pub(crate) mod demand;
 mod features;
 mod filter;
 mod mixture;
@@ -28,27 +29,12 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
-use crate::film::{Estimate, FOUR, Film, QuadError, ReplicateQuad, Uncertainty};
+use crate::film::{Estimate, Film, QuadError, ReplicateQuad, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::{Layer, Picture};
-use crate::settings::{Aov, Sampling};
-
-/// Replicates that a film has to have.
-pub(crate) const REPLICATES: u32 = FOUR as u32;
-
-/// Samples of a pixel from which on a picture can be denoised: two in each replicate.
-pub const FEWEST_SAMPLES: u32 = 8;
-
-/// Whether so many samples tell noise from what is seen: enough of them, and none of a fixed pattern, which are different places.
-pub fn is_possible(sampling: Sampling) -> bool {
-    !sampling.is_fixed() && sampling.count() >= FEWEST_SAMPLES
-}
-
-/// Layers that a film has to have.
-pub const LAYERS: [Aov; 4] = [Aov::Albedo, Aov::Normal, Aov::Emission, Aov::Depth];
-
-/// Bytes a pixel that denoising takes beside the film, its result included; each thread takes some megabytes more.
-pub(crate) const BYTES_A_PIXEL: u64 = (size_of::<CandidatePixel>() + 12 + 24 + 16) as u64;
+use crate::settings::Aov;
+use demand::{CANDIDATES, CandidatePixel, FOUR};
+pub use demand::{FEWEST_SAMPLES, LAYERS, is_possible};
 
 /// Pixels of a tile, which are filtered together.
 const TILE: [usize; 2] = [128, 64];
@@ -110,22 +96,6 @@ impl Denoised {
         let all = [&self.picture.rgb, &self.standard_error].into_iter().zip(NAMES);
         all.flat_map(|(of, names)| (0..3).map(move |i| layer(of, i, names[i]))).collect()
     }
-}
-
-/// What may be added to a pixel, by where it comes from: filtered light, filtered emission, fireflies that are dimmed.
-const CANDIDATES: usize = 3;
-
-/// What is kept of a pixel between the stages: 21 numbers.
-#[derive(Clone, Copy, Debug, Default)]
-struct CandidatePixel {
-    /// The filtered colour without the pixel's own; after mixing no less than it has in common with the colour.
-    base: [f32; 3],
-    /// What each candidate adds to the colour. After mixing the first one is all that is added, and the second the colour that they would
-    /// make without shares.
-    added: [[f32; 3]; CANDIDATES],
-    /// How little what each adds to replicates goes with their partners' noise, on average: half of what the squared error changes by in the
-    /// first order. After mixing the first one is the squared error.
-    apart: [[f32; 3]; CANDIDATES],
 }
 
 /// Denoises a film on the current thread pool, and tells how wrong the result is.

@@ -39,7 +39,7 @@ pub use merge::PartError;
 pub(crate) use plan::Plan;
 pub(crate) use plane::{Rect, ReplicateBuffer};
 pub use record::{FilmHeader, HeaderError, Numbers};
-pub(crate) use replicate_quad::{BRIGHTEST, FOUR, QuadError, ReplicateQuad};
+pub(crate) use replicate_quad::{BRIGHTEST, QuadError, ReplicateQuad};
 pub(crate) use sums::{Block, Gather, Moments, Plain, Sums, parts};
 pub use uncertainty::{Doubt, Estimate, Uncertainty};
 

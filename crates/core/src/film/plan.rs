@@ -4,8 +4,8 @@ use core::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::plane::has_open;
-use crate::denoise;
+use super::sums::has_open;
+use crate::denoise::demand;
 use crate::picture::DataWindow;
 use crate::settings::{Aov, Background, Crop, Settings, replicates};
 
@@ -109,13 +109,13 @@ impl Plan {
         let [width, height] = settings.size;
         let by_replicates = random && !settings.sampling.is_fixed();
         let adaptive = settings.max_error.is_some() && by_replicates;
-        let denoise = settings.denoise && random && denoise::is_possible(settings.sampling);
+        let denoise = settings.denoise && random && demand::is_possible(settings.sampling);
         let asked = match (adaptive, denoise) {
             (true, _) => Some(ADAPTIVE_REPLICATES),
-            (_, true) => Some(settings.replicates.unwrap_or(0).max(denoise::REPLICATES)),
+            (_, true) => Some(settings.replicates.unwrap_or(0).max(demand::REPLICATES)),
             _ => settings.replicates,
         };
-        let unasked: Vec<Aov> = denoise::LAYERS.into_iter().filter(|aov| !settings.aovs.contains(aov)).collect();
+        let unasked: Vec<Aov> = demand::LAYERS.into_iter().filter(|aov| !settings.aovs.contains(aov)).collect();
         let denoise = denoise.then_some(unasked);
         Self {
             size: settings.size,
@@ -283,7 +283,7 @@ impl Plan {
         let film =
             u64::from(self.replicates) * (24 + counts + 24 * mean) + 24 * open + if self.random { 12 } else { 0 } + 4 * centre;
         let picture = 12 + if self.alpha { 4 } else { 0 } + 4 * self.channels();
-        let denoised = if self.denoise.is_some() { denoise::BYTES_A_PIXEL } else { 0 };
+        let denoised = if self.denoise.is_some() { demand::BYTES_A_PIXEL } else { 0 };
         film + picture + denoised
     }
 

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use super::sums::BLOCK;
+use super::sums::{BLOCK, has_open};
 use super::{Plan, Sums};
 use crate::settings::Crop;
 
@@ -161,9 +161,4 @@ impl ReplicateBuffer {
         let counts = 2 * (self.samples.len() + self.first_hits.len()) + 4 * self.covered.len();
         24 * (self.sums.len() + self.open.len()) + counts + self.layers.iter().map(|layer| 24 * layer.len()).sum::<usize>()
     }
-}
-
-/// Whether after so many samples there is a block that is not full beside full ones.
-pub(crate) fn has_open(drawn: u32) -> bool {
-    drawn > BLOCK as u32 && !drawn.is_multiple_of(BLOCK as u32)
 }

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::identity::Identity;
-use super::plane::has_open;
+use super::sums::has_open;
 use super::{Film, Plan, Rect, ReplicateBuffer};
 use crate::counters::Counters;
 

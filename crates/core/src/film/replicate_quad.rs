@@ -1,10 +1,8 @@
 //! The replicates of a film as four of each pixel, with what its layers say of them: what a denoiser reads.
 
 use super::{Film, ReplicateBuffer};
+use crate::denoise::demand::FOUR;
 use crate::settings::Aov;
-
-/// As many as a denoiser tells errors from: two pairs, of which each filters the other.
-pub(crate) const FOUR: usize = 4;
 
 /// Radiance beyond which nothing is a picture any more; its square is still a number of f32.
 pub(crate) const BRIGHTEST: f64 = 1e15;

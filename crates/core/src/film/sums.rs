@@ -10,6 +10,11 @@ use raywright_bvh::{Real, Vector};
 /// Samples of a block.
 pub(crate) const BLOCK: usize = 16;
 
+/// Whether after so many samples there is a block that is not full beside full ones.
+pub(crate) fn has_open(drawn: u32) -> bool {
+    drawn > BLOCK as u32 && !drawn.is_multiple_of(BLOCK as u32)
+}
+
 /// Parts that a sample's coverage is counted in: as fine as a sum of as many samples as there can be still fits.
 pub(crate) const WHOLE: u32 = 1 << 16;
 

@@ -4,6 +4,7 @@
 //! changes these and nothing else, so that a rung and the flag or key that means the same cannot differ.
 
 mod choice;
+mod in_use;
 mod rungs;
 mod value;
 
@@ -93,7 +94,7 @@ impl Ladder {
 
     /// Name of the rung in use; a number of samples or segments need not be that of a rung.
     pub fn in_use(self, scene: &Scene, settings: &Settings) -> String {
-        let Some(value) = RungValue::in_use(self, scene, settings) else {
+        let Some(value) = self.value_in_use(scene, settings) else {
             return if self == Self::Build { "none" } else { "mixed" }.to_owned();
         };
         let rung = self.rungs().iter().find(|rung| rung.value == value);

@@ -1,10 +1,9 @@
-//! What a rung sets in a scene and its settings, and what is set there.
+//! What a rung sets in a scene and its settings.
 
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 
-use super::Ladder;
 use crate::display::Output;
-use crate::effects::{Effect, EffectSet, chosen};
+use crate::effects::{Effect, EffectSet};
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{ConstantOffset, Filter, Integrator, OffsetDirection, Scene, SpawnRule};
@@ -45,38 +44,6 @@ pub enum RungValue {
 }
 
 impl RungValue {
-    /// What a ladder is set to; none where textures differ, or a tree is asked for and there is none.
-    pub(super) fn in_use(ladder: Ladder, scene: &Scene, settings: &Settings) -> Option<Self> {
-        Some(match ladder {
-            Ladder::Integrator => Self::Integrator(chosen(scene, settings)),
-            Ladder::Precision => Self::Precision(settings.precision),
-            Ladder::RayOffset => Self::ConstantOffset(matches!(scene.classic.spawn, SpawnRule::Constant(_))),
-            Ladder::Shadows => Self::Shadows((!settings.without.has(Effect::Shadows)).then_some(settings.area_shadows)),
-            Ladder::LightSampling => Self::LightSampling(settings.light_sampling),
-            Ladder::Fresnel => Self::Fresnel(settings.fresnel),
-            Ladder::Microfacets => Self::Microfacets(settings.microfacets),
-            Ladder::Colour => Self::Spectral(!settings.without.has(Effect::Dispersion)),
-            Ladder::TextureFilter => {
-                let mut filters = scene.textures.iter().map(|texture| texture.filter);
-                let first = filters.next().unwrap_or_default();
-                return filters.all(|other| other == first).then_some(Self::TextureFilter(first));
-            }
-            Ladder::PathLength => Self::PathLength(settings.max_depth),
-            Ladder::Roulette => Self::Roulette(settings.roulette),
-            Ladder::Clamp => Self::Clamp(settings.clamp),
-            Ladder::PixelFilter => Self::PixelFilter(settings.filter),
-            Ladder::Samples => Self::Samples(settings.sampling.count()),
-            Ladder::Sampler => Self::Sampler(settings.sampler),
-            Ladder::Reconstruction => Self::Denoised(settings.denoise),
-            Ladder::Output => Self::Output(settings.output),
-            Ladder::Build => match settings.accelerator {
-                AcceleratorKind::Tree(quality) => Self::Build(quality),
-                AcceleratorKind::Linear => return None,
-            },
-            Ladder::Accelerator => Self::Tree(matches!(settings.accelerator, AcceleratorKind::Tree(_))),
-        })
-    }
-
     /// Puts scene and settings on it.
     pub(super) fn apply(self, scene: &mut Scene, settings: &mut Settings) {
         match self {

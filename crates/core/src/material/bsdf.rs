@@ -2,7 +2,8 @@
 //! parameter, so that surfaces of the common ones carry no code of the others.
 
 use super::frame::Frame;
-use super::lobe::{Lobe, LobeFamily, Pair};
+use super::lobe::Lobe;
+use super::lobe_kind::{LobeFamily, Pair};
 use crate::number::{Mask, Number, Vector3};
 
 /// Lobes that a surface of the common kinds may have.

@@ -7,7 +7,7 @@
 use super::frame::Frame;
 use super::ggx::{Ggx, alpha, mirrored, sample_wm};
 use super::interface::Interface;
-use super::lobe::{LobeKind, Pair, on_disk};
+use super::lobe_kind::{LobeKind, Pair, on_disk};
 use crate::number::{Mask, Number, Vector3};
 
 /// The boundary as one side sees it.
@@ -79,7 +79,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         let Some(roughness) = self.roughness else { return (N::Vec3::ZERO, N::ZERO) };
         let (reflectance, _) = fresnel(pair.tilt, self.facet_eta);
         let facets = Ggx::isotropic(pair.normal, roughness);
-        let (value, density) = pair.reflected(self.reflected * (self.share * reflectance), &facets);
+        let (value, density) = facets.reflected(pair, self.reflected * (self.share * reflectance));
         (N::Vec3::select(self.share.above(N::ZERO), value, N::Vec3::ZERO), reflectance * density)
     }
 

@@ -5,7 +5,7 @@
 use core::f64::consts::PI;
 
 use super::frame::Frame;
-use super::lobe::{Pair, on_disk};
+use super::lobe_kind::{Pair, on_disk};
 use crate::number::{Number, Vector3};
 
 /// Least perceptual roughness of a glossy lobe: below it the highlight of a light without size is a spike.
@@ -98,6 +98,13 @@ impl<N: Number> Ggx<N> {
         let (d, root) = (N::ONE / self.inverse_d(pair.half), self.root(pair.wo, pair.out));
         let visibility = N::from_f64(0.5) / (pair.into * root + pair.out * self.root(pair.wi, pair.into));
         (d * visibility, d / (N::from_f64(2.0) * (pair.out + root)))
+    }
+
+    /// What facets of such a reflectance send back, and their density.
+    #[inline(always)]
+    pub(super) fn reflected(&self, pair: &Pair<N>, reflectance: N::Vec3) -> (N::Vec3, N) {
+        let (value, density) = self.eval_and_pdf(pair);
+        (N::Vec3::select(pair.out.above(N::ZERO), reflectance * value, N::Vec3::ZERO), density)
     }
 
     /// The normal of a facet that is seen along `wo`, for two numbers in [0, 1), and the direction that is mirrored there; zero where that

@@ -9,7 +9,7 @@ use super::fresnel::{self, FresnelRule, schlick_weight};
 use super::ggx::Ggx;
 use super::interface::Interface;
 use super::interreflected::{Interreflected, mean_reflectance};
-use super::lobe::{LobeKind, Pair};
+use super::lobe_kind::{LobeKind, Pair};
 use crate::number::{Mask, Number, Vector3};
 
 /// What a boundary reflects beside Fresnel's share.
@@ -208,7 +208,7 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
     fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         let Some(facets) = &self.facets else { return (N::Vec3::ZERO, N::ZERO) };
         let found = self.reflectance(pair.tilt);
-        let (value, density) = pair.reflected(found * self.share, facets);
+        let (value, density) = facets.reflected(pair, found * self.share);
         (value, found.max_element() * density)
     }
 
@@ -217,7 +217,7 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         let Some(facets) = &self.facets else { return (N::Vec3::ZERO, N::ZERO) };
         let folded = pair.folded();
         let found = self.reflectance(folded.tilt);
-        let (value, density) = folded.reflected(self.transmitted * (N::Vec3::ONE - found) * self.share, facets);
+        let (value, density) = facets.reflected(&folded, self.transmitted * (N::Vec3::ONE - found) * self.share);
         (value, (N::ONE - found.max_element()) * density)
     }
 

@@ -11,7 +11,7 @@ use super::boundary;
 use super::energy::mean_of;
 use super::frame::Frame;
 use super::ggx::Ggx;
-use super::lobe::{Lobe, LobeKind, Pair};
+use super::lobe_kind::{LobeKind, Pair, cosine_sample_either};
 use crate::number::{Number, Vector3};
 
 /// Least mean that is told from none.
@@ -143,6 +143,6 @@ impl<N: Number> LobeKind<N> for Interreflected<N> {
     }
 
     fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
-        Lobe::<N>::cosine_either(frame, self.back_share().above(choice), point)
+        cosine_sample_either::<N>(frame, self.back_share().above(choice), point)
     }
 }

@@ -10,7 +10,7 @@ use super::frame::Frame;
 use super::ggx::{Ggx, mirrored};
 use super::glass_layer::{LayeredDielectric, ThinDielectric};
 use super::interreflected::Interreflected;
-use super::lobe::{LobeFamily, LobeKind, Pair};
+use super::lobe_kind::{LobeFamily, LobeKind, Pair};
 use super::reflectance::Reflectance;
 use super::sheen::Sheen;
 use super::stage::layer;
@@ -85,7 +85,7 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
         }
         // Its cosine is not the surface's.
         let own = pair.about(self.facets.normal);
-        let (sent, density) = own.reflected(self.reflectance.at(pair.tilt), &self.facets);
+        let (sent, density) = self.facets.reflected(&own, self.reflectance.at(pair.tilt));
         let (out, into) = (own.out.above(N::ZERO), own.into.above(N::ZERO));
         (N::Vec3::select(into, sent * (own.into / pair.into), N::Vec3::ZERO), N::select(out & into, density, N::ZERO))
     }

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use super::albedo::between;
 use super::frame::Frame;
-use super::lobe::{LobeKind, Pair, on_disk};
+use super::lobe_kind::{LobeKind, Pair, on_disk};
 use super::stage::layer;
 use crate::number::{Number, Vector3};
 

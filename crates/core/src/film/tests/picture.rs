@@ -221,7 +221,7 @@ fn memory_is_reckoned_as_it_is_taken() {
         let picture = film.picture();
         let pixels = picture.pixels() as u64;
         let layers = picture.layers.len() as u64 + u64::from(picture.alpha.is_some());
-        let denoised = if settings.denoise { crate::denoise::BYTES_A_PIXEL } else { 0 };
+        let denoised = if settings.denoise { crate::denoise::demand::BYTES_A_PIXEL } else { 0 };
         assert_eq!(ready.memory().film, film.bytes() + pixels * (12 + 4 * layers + denoised), "{settings:?}");
         assert!(expected.is_none_or(|a_pixel| ready.memory().film == a_pixel * pixels), "{} bytes", ready.memory().film);
     };

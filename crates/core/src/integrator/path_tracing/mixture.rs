@@ -7,7 +7,7 @@ use raywright_bvh::{Real, Vector};
 use super::scatter::ScatteredRay;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lobe};
+use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lobe, cosine_sample};
 use crate::scene::Mixture;
 
 /// Least chance by which the published shader divides.
@@ -60,7 +60,7 @@ impl<R: Real> PathTracer<'_, R> {
         let [way, u, v, luck] = path.draws.scatter.map(R::from_f32);
         let way = way.to_f64();
         // The normal and an even point of the unit sphere together are drawn by the cosine.
-        let h = Frame::<R>::about(normal).to_world(Lobe::<R>::cosine([u, v]));
+        let h = Frame::<R>::about(normal).to_world(cosine_sample::<R>([u, v]));
         let blend = |smooth: glam::DVec3, about: R::Vec3, roughness: f64| {
             let share = roughness * roughness;
             R::Vec3::from_f64((smooth * (1.0 - share) + about.to_f64() * share).normalize())

@@ -6,7 +6,7 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use super::super::albedo::{ANISOTROPIC, ANISOTROPIC_MEANS, Entry, STEPS, TABLE, Table, UNIT, look_up, look_up_anisotropic};
 use super::super::fresnel::schlick_weight;
 use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
-use super::super::lobe::on_disk;
+use super::super::lobe_kind::on_disk;
 use super::numbers;
 use glam::DVec3;
 

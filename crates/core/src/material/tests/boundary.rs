@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use super::super::boundary::{BoundaryTable, LOST, MOST_INDEX, REFLECTED, UNIT, lost, mean_reflectance, reflected};
 use super::super::fresnel::dielectric_in_air;
 use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
-use super::super::lobe::on_disk;
+use super::super::lobe_kind::on_disk;
 use super::super::*;
 use super::{NORMAL, WHITE, chi_squared, furnace, numbers, towards};
 use glam::DVec3;
