@@ -16,8 +16,8 @@ use crate::prepare::PrepareError;
 const GROWTH: f64 = 1.3;
 /// Settings that are measured on more tiles, by what they promise.
 const MOST_AGAIN: usize = 6;
-/// Settings in all that pairs are added up to.
-const MOST_SETTINGS: usize = 60;
+/// Settings in all that walks and pairs may come to.
+const MOST_SETTINGS: usize = 56;
 
 /// A walk through a session's measurements.
 struct SettingSurvey<'s, 'a, 'm> {
@@ -35,6 +35,9 @@ impl Surveyor for SettingSurvey<'_, '_, '_> {
 
     fn measure(&mut self, setting: &Setting) -> Option<Point> {
         let Self { session, plan, measurements, listener, failed } = self;
+        if measurements.settings().len() >= MOST_SETTINGS {
+            return None;
+        }
         listener.step(&format!("together: {setting}"), session.spent());
         let tiles = session.tiles_of(setting, plan.tiles, measurements.sample);
         match measurements.measure(setting, (tiles, session.rounds(setting)), None, false, session.at(WALKS)) {
@@ -79,7 +82,7 @@ impl Session<'_> {
         }
         // Where walks were done early, what is left is for more tiles.
         let end = self.at(WALKS).min((self.now)() + self.effort.budget.mul_f64(WALKS - RUNGS));
-        for setting in self.sweep(&steps, measurements) {
+        for setting in self.sweep(measurements) {
             listener.step(&format!("together: {setting}"), self.spent());
             let tiles = self.tiles_of(&setting, plan.tiles, measurements.sample);
             let left = end.saturating_duration_since((self.now)()).as_secs_f64();
@@ -92,16 +95,19 @@ impl Session<'_> {
         failed.map_or_else(|| Ok(measurements.settings()), Err)
     }
 
-    /// Pairs of a number of samples and another rung that no walk came to, up to so many settings in all: where walks end depends on noise, and
-    /// how much is measured must not.
-    fn sweep(&self, steps: &[Steps], measurements: &Measurements<'_>) -> Vec<Setting> {
+    /// Pairs of a number of samples and another rung that no walk came to, those that may be advised first, up to so many settings in all: where
+    /// walks end depends on noise, and how much is measured must not.
+    fn sweep(&self, measurements: &Measurements<'_>) -> Vec<Setting> {
         let known = measurements.settings();
-        let samples: Vec<Choice> =
-            self.choices_of(Ladder::Samples).filter(|_| self.pictured.contains(&Ladder::Samples)).collect();
-        let is_paired = |ladder: Ladder| ladder != Ladder::Samples && !ladder.is_a_matter_of_taste();
-        let rungs = steps.iter().filter(|steps| is_paired(steps.ladder)).flat_map(|steps| &steps.rungs);
+        let is_paired = |ladder: &Ladder| *ladder != Ladder::Samples && !ladder.is_a_matter_of_taste();
+        let ladders = self.pictured.iter().copied().filter(is_paired);
+        let rungs = ladders.flat_map(|ladder| self.choices_of(ladder));
+        let mut rungs: Vec<Choice> = rungs.filter(|&choice| !self.is_in_use(choice) && !self.beyond.contains(&choice)).collect();
+        rungs.sort_by_key(|&choice| !self.is_sound(&self.setting(choice), measurements));
+        let samples = self.choices_of(Ladder::Samples).filter(|choice| !self.is_in_use(*choice));
+        let samples: Vec<Choice> = samples.filter(|_| self.pictured.contains(&Ladder::Samples)).collect();
         let pair = |choice: Choice| samples.iter().map(move |&samples| Setting::one(samples).with(choice));
-        let mut pairs: Vec<Setting> = rungs.filter_map(|(choice, _)| *choice).flat_map(pair).collect();
+        let mut pairs: Vec<Setting> = rungs.into_iter().flat_map(pair).collect();
         let most = HALVES.saturating_mul(self.settings.sampling.count());
         pairs.retain(|setting| self.is_possible(setting) && self.samples(setting) <= most && !known.contains(setting));
         pairs.truncate(MOST_SETTINGS.saturating_sub(known.len()));
