@@ -75,21 +75,23 @@ enum Kind<R: Real> {
 /// Where it stands, and orthonormal right, up, back.
 pub(crate) fn axes(pose: &Pose) -> (DVec3, DMat3) {
     match *pose {
-        Pose::LookAt { eye, target, up } => (eye.into(), look_at(eye.into(), target.into(), up.into())),
+        // Validation refuses a view along `up`.
+        Pose::LookAt { eye, target, up } => (eye.into(), look_at(eye.into(), target.into(), up.into(), DVec3::X)),
         Pose::Orbit { target, distance, azimuth, elevation } => {
             let (a, e) = (azimuth.to_radians(), elevation.to_radians());
             let offset = DVec3::new(libm::cos(e) * libm::sin(a), libm::sin(e), libm::cos(e) * libm::cos(a));
             let target = DVec3::from(target);
             let eye = target + offset * distance;
-            (eye, look_at(eye, target, DVec3::Y))
+            (eye, look_at(eye, target, DVec3::Y, DVec3::new(libm::cos(a), 0.0, -libm::sin(a))))
         }
         Pose::Axes { eye, right, up, back } => (eye.into(), DMat3::from_cols(right.into(), up.into(), back.into())),
     }
 }
 
-fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> DMat3 {
+/// The axes of a view; `level` is what lies to its right where rounding, of an eye next to a target far from the origin, has left it along `up`.
+fn look_at(eye: DVec3, target: DVec3, up: DVec3, level: DVec3) -> DMat3 {
     let forward = (target - eye).normalize();
-    let right = forward.cross(up).normalize();
+    let right = forward.cross(up).try_normalize().unwrap_or(level);
     DMat3::from_cols(right, right.cross(forward), -forward)
 }
 

@@ -1,5 +1,14 @@
 //! The hard cases of numerics: what is hard about each, and the bound that it is held to. Each is a test, or several, whose name begins with
-//! its number.
+//! its number; those that are functions here are measured by programs too.
+
+mod cameras;
+mod facets;
+mod fresnel;
+mod sampling;
+mod shading;
+
+pub use raywright_bvh::stability::Measurement;
+pub use raywright_bvh::stability::judge::{Outcome, Rays};
 
 /// A hard case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,33 +23,45 @@ pub struct HardCase {
     pub left_out: Option<&'static str>,
 }
 
-/// One case a line: number, what is hard, bound and what is left out.
+/// One case a line: number, what is hard, bound and what is left out, with a bar between two spaces from one to the next.
 const LIST: &str = include_str!("stability/cases.txt");
 
 /// All hard cases in the order of the list.
 pub fn hard_cases() -> impl Iterator<Item = HardCase> {
     LIST.lines().map(|line| {
-        let mut parts = line.split('|').map(str::trim);
+        let mut parts = line.split(" | ");
         let mut next = || parts.next().unwrap_or_default();
         let (number, hard, bound) = (next(), next(), next());
         HardCase { number, hard, bound, left_out: parts.next() }
     })
 }
 
-#[cfg(test)]
-mod tests {
-    use std::collections::BTreeSet;
-
-    use super::hard_cases;
-
-    /// Protects: the list is whole: each number once, none missing between a letter's first and last, and each with what is hard and a bound.
-    #[test]
-    fn the_list_is_whole() {
-        let numbers: BTreeSet<_> = hard_cases().map(|case| case.number.to_owned()).collect();
-        let letters = [("P", 23), ("T", 21), ("S", 21), ("M", 14), ("F", 10)];
-        let wanted = letters.iter().flat_map(|(letter, last)| (1..=*last).map(move |i| format!("{letter}{i:02}")));
-        assert_eq!(numbers, wanted.collect());
-        assert_eq!(hard_cases().count(), numbers.len());
-        assert!(hard_cases().all(|case| !case.hard.is_empty() && !case.bound.is_empty() && case.left_out != Some("")));
+/// Measures a case in both precisions, and by every kernel that this processor has where a tree is walked; none where the case is a test alone.
+pub fn measure(number: &str, rays: Rays) -> Option<Vec<Measurement>> {
+    /// A case of both precisions.
+    macro_rules! both {
+        ($module:ident::$of:ident) => {
+            [$module::$of::<f32>(rays), $module::$of::<f64>(rays)].concat()
+        };
     }
+    Some(match number {
+        "S09" => both!(shading::frames),
+        "S10" => both!(shading::lengths),
+        "S11" => both!(shading::mirrors),
+        "S13" => fresnel::matched_indices(rays),
+        "S14" => fresnel::exact_equations(rays),
+        "S15" => fresnel::schlick(rays),
+        "S17" => both!(facets::narrow_lobes),
+        "S18" => both!(facets::visible_normals),
+        "M01" => sampling::below_one(rays),
+        "M02" => both!(sampling::warps),
+        "M11" => sampling::stratified(rays),
+        "F01" => both!(cameras::degenerate_views),
+        "F02" => both!(cameras::symmetric_views),
+        "F03" => both!(cameras::lenses),
+        _ => return raywright_bvh::stability::measure(number, rays),
+    })
 }
+
+#[cfg(test)]
+mod tests;

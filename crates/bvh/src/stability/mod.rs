@@ -6,6 +6,7 @@ pub mod closed;
 pub mod judge;
 pub mod many;
 pub mod quadrics;
+pub mod shapes;
 pub mod sphere;
 pub mod textbook;
 pub mod torus;
@@ -46,7 +47,7 @@ pub fn by_shapes<R: Real>(outcome: Outcome) -> Measurement {
 }
 
 /// A case by each kernel that may walk its trees, which is one where what is stored is f64.
-fn by_each_kernel<R: Real>(mut trees: Vec<Geometry<R>>, judged: impl Fn(&[Geometry<R>]) -> Outcome) -> Vec<Measurement> {
+pub fn by_each_kernel<R: Real>(mut trees: Vec<Geometry<R>>, judged: impl Fn(&[Geometry<R>]) -> Outcome) -> Vec<Measurement> {
     let kernels = if R::IS_SINGLE { Kernel::available() } else { vec![Kernel::Portable] };
     let by = |kernel: Kernel| {
         trees.iter_mut().for_each(|tree| tree.set_kernel(kernel));
@@ -65,6 +66,12 @@ pub fn measure(number: &str, rays: Rays) -> Option<Vec<Measurement>> {
         };
     }
     Some(match number {
+        "P01" => shapes::far_spheres(rays),
+        "P02" => shapes::drifts(rays),
+        "P13" => shapes::vanishing_coefficients(rays),
+        "P15" => shapes::extreme_ellipsoids(rays),
+        "P17" => shapes::far_tori(rays),
+        "P21" => shapes::shared_edges(rays),
         "T01" => both!(boxes::along_faces),
         "T02" => both!(boxes::signed_zeros),
         "T03" => both!(closed::lattices),

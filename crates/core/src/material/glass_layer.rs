@@ -9,7 +9,7 @@ use super::fresnel::{self, FresnelRule, schlick_weight};
 use super::ggx::Ggx;
 use super::interface::Interface;
 use super::interreflected::{Interreflected, mean_reflectance};
-use super::lobe_kind::{LobeKind, Pair};
+use super::lobe_kind::{LobeKind, Pair, kept_unit};
 use crate::number::{Mask, Number, Vector3};
 
 /// What a boundary reflects beside Fresnel's share.
@@ -233,7 +233,7 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         let cosine = normal.dot(wo);
         let found = self.reflectance(cosine);
         let chance = found.max_element();
-        let mirror = normal * (N::from_f64(2.0) * cosine) - wo;
+        let mirror = kept_unit::<N>(normal * (N::from_f64(2.0) * cosine) - wo);
         let on = self.transmitted * (N::Vec3::ONE - found) / (N::ONE - chance);
         let reflects = chance.above(u);
         let weight = N::Vec3::select(reflects, found / chance, on);

@@ -17,8 +17,6 @@ pub(crate) struct Interface {
     pub refracted: Option<DVec3>,
     /// Cosine of the angle of incidence.
     pub cos_incident: f64,
-    /// Cosine of the transmitted angle; zero under total reflection.
-    cos_transmitted: f64,
     /// Index on the incident side over the other.
     eta: f64,
 }
@@ -32,11 +30,11 @@ impl Interface {
         let reflected = d + n * (2.0 * cos_incident);
         let sin2 = eta * eta * (1.0 - cos_incident * cos_incident);
         if sin2 > 1.0 {
-            return Self { reflected, refracted: None, cos_incident, cos_transmitted: 0.0, eta };
+            return Self { reflected, refracted: None, cos_incident, eta };
         }
         let cos_transmitted = (1.0 - sin2).sqrt();
         let refracted = d * eta + n * (eta * cos_incident - cos_transmitted);
-        Self { reflected, refracted: Some(refracted), cos_incident, cos_transmitted, eta }
+        Self { reflected, refracted: Some(refracted), cos_incident, eta }
     }
 
     /// Schlick's reflectance at an angle with this cosine.
@@ -47,7 +45,10 @@ impl Interface {
 
     /// Exact unpolarised reflectance; 1 under total reflection.
     pub fn fresnel(&self) -> f64 {
-        fresnel::dielectric(self.cos_incident, self.refracted.map(|_| self.cos_transmitted), self.eta)
+        // Media of one index reflect nothing: cosines that are equal must be so to the last bit at grazing angles, where one minus a sine has few.
+        let (c, eta) = (self.cos_incident, self.eta);
+        let beyond = ((1.0 - eta) * (1.0 + eta) + eta * eta * c * c).max(0.0).sqrt();
+        fresnel::dielectric(c, self.refracted.map(|_| beyond), eta)
     }
 }
 

@@ -8,7 +8,7 @@ use super::frame::Frame;
 use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, alpha, mirrored, sample_wm};
 use super::interreflected::Interreflected;
-use super::lobe_kind::{LobeFamily, LobeKind, Pair, cosine_sample, on_disk};
+use super::lobe_kind::{LobeFamily, LobeKind, Pair, cosine_sample, kept_unit, on_disk};
 use crate::number::{Mask, Number, Vector3};
 
 /// One way in which a surface sends light back or on.
@@ -133,7 +133,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
             return boundary.sample_delta(normal, wo, u);
         }
         let cosine = normal.dot(wo);
-        (normal * (N::from_f64(2.0) * cosine) - wo, self.reflectance(cosine))
+        (kept_unit::<N>(normal * (N::from_f64(2.0) * cosine) - wo), self.reflectance(cosine))
     }
 
     #[inline(always)]

@@ -29,14 +29,15 @@ impl<N: Number> NormalMap<N> {
         let bent = Frame::<N>::along(self.normal, self.along, self.mirrored).to_world(self.code).normalize();
         let turned = reflecting_above::<N>(bent, self.geometric, self.outside, self.direction);
         // A texel of nothing, and the like, leave the normal as it is.
-        N::Vec3::select(is_finite::<N>(bent), turned, self.normal)
+        N::Vec3::select(is_unit::<N>(bent), turned, self.normal)
     }
 }
 
-/// Of what has been made a unit vector.
+/// Whether a vector has been made a unit one: not where its square was no number, or one of few digits.
 #[inline(always)]
-fn is_finite<N: Number>(v: N::Vec3) -> N::Mask {
-    N::from_f64(2.0).above(v.dot(v))
+fn is_unit<N: Number>(v: N::Vec3) -> N::Mask {
+    let squared = v.dot(v);
+    N::from_f64(1.0 + 1e-5).above(squared) & squared.above(N::from_f64(1.0 - 1e-5))
 }
 
 /// Height over the surface, as a cosine, below which the viewer's mirror direction is lifted, to half of it at least: the lobe of a mirror
@@ -71,5 +72,5 @@ pub fn reflecting_above<N: Number>(n: N::Vec3, geometric: N::Vec3, outside: N::M
     let mirrored = along * (N::ONE - lifted * lifted).sqrt() + facing * lifted;
     let bent = (mirrored - d).normalize();
     let bent = (bent * (N::ONE - behind) + facing * behind).normalize();
-    N::Vec3::select(kept, n, N::Vec3::select(is_finite::<N>(bent), bent, facing))
+    N::Vec3::select(kept, n, N::Vec3::select(is_unit::<N>(bent), bent, facing))
 }
