@@ -125,3 +125,13 @@ fn what_is_lost_in_noise_begins_at_zero() {
     assert!(lost.is_lost_in_noise() && lost.high > 0.2, "{lost:?}");
     assert_eq!(ratio(&[share(0.5, 0.0)]).high, f64::INFINITY);
 }
+
+/// Protects: all tiles of a small picture, whose errors are of one piece each, have an interval, though none was left out: of 1 and 3 in turns the sum of ten is known to
+/// the noise of ten.
+#[test]
+fn all_tiles_of_a_small_picture_have_noise() {
+    let share =
+        |i: usize| Share { chance: 1.0, above: if i.is_multiple_of(2) { &[1.0] } else { &[3.0] }, below: &[1.0], doubt: 1e-9 };
+    let (ratio, error, factor) = estimate(&(0..10).map(share).collect::<Vec<_>>()).expect("tiles");
+    assert!((ratio - 2.0).abs() < 1e-12 && (error - 20_f64.sqrt() / 10.0).abs() < 1e-12 && factor < 2.0, "{error} {factor}");
+}
