@@ -200,8 +200,8 @@ pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
     if count == 1 {
         return Some((ratio, f64::INFINITY, f64::INFINITY));
     }
-    let is_of_one_piece = |share: &Share<'_>| share.above.len() == 1 && share.doubt > 0.0;
-    if count == 0 && shares.len() > 1 && shares.iter().all(is_of_one_piece) {
+    let is_error = shares.iter().any(|share| share.doubt > 0.0);
+    if count == 0 && is_error && shares.len() > 1 && shares.iter().all(|share| share.above.len() == 1) {
         // Errors of all tiles, of one piece each: what they differ by is the noise, at most.
         within = spread_of_pieces(&shares.iter().map(|share| share.residual(ratio).0).collect::<Vec<_>>());
     }
