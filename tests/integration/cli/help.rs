@@ -54,8 +54,21 @@ fn help_is_wrapped_by_the_width_of_the_terminal() {
     }
 }
 
-const COMMANDS: [&str; 12] =
-    ["render", "merge", "explain", "compare", "info", "check", "accuracy", "bench", "presets", "schema", "completions", "man"];
+const COMMANDS: [&str; 13] = [
+    "render",
+    "merge",
+    "explain",
+    "compare",
+    "info",
+    "check",
+    "accuracy",
+    "bench",
+    "stability",
+    "presets",
+    "schema",
+    "completions",
+    "man",
+];
 
 /// Protects: each shell gets a script that knows the commands.
 #[test]

@@ -23,3 +23,4 @@ mod render;
 mod reports;
 mod scenes;
 mod series;
+mod stability;

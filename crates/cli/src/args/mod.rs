@@ -11,6 +11,7 @@ mod merge;
 mod pictures;
 mod render;
 mod scene;
+mod stability;
 
 pub use accuracy::AccuracyArgs;
 pub use bench::BenchArgs;
@@ -20,6 +21,7 @@ pub use merge::MergeArgs;
 pub use pictures::{Frames, MOST_SAMPLES, Share, Views};
 pub use render::{Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
+pub use stability::StabilityArgs;
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
@@ -121,6 +123,8 @@ pub enum Command {
     Accuracy(AccuracyArgs),
     /// Measure what a ray costs by scan and by tree, and how both grow
     Bench(BenchArgs),
+    /// Measure the hard cases of numerics on this machine, and how far each is from its bound
+    Stability(StabilityArgs),
     /// List the built-in scenes, or print one of them
     Presets(PresetsArgs),
     /// Print the JSON Schema of the scene format

@@ -12,6 +12,7 @@ mod man;
 mod merge;
 mod presets;
 mod render;
+mod stability;
 
 use crate::args::Command;
 use crate::console::{self, Verbosity};
@@ -25,7 +26,13 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
     // Of those that are not told how many threads there are. A pool that starts by itself panics where it can't.
     if matches!(
         command,
-        Command::Merge(_) | Command::Explain(_) | Command::Compare(_) | Command::Info(_) | Command::Check(_) | Command::Bench(_)
+        Command::Merge(_)
+            | Command::Explain(_)
+            | Command::Compare(_)
+            | Command::Info(_)
+            | Command::Check(_)
+            | Command::Bench(_)
+            | Command::Stability(_)
     ) {
         Threads::new(None)?;
     }
@@ -39,6 +46,7 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
         Command::Check(args) => check::run(&args, verbosity),
         Command::Accuracy(args) => accuracy::run(&args, verbosity),
         Command::Bench(args) => bench::run(&args, verbosity),
+        Command::Stability(args) => stability::run(&args, verbosity),
         Command::Presets(args) => presets::run(&args),
         Command::Schema => console::print(raywright_core::scene::SCHEMA),
         Command::Completions(args) => completions::run(&args),

@@ -40,5 +40,6 @@ mod shut_away;
 mod skies;
 mod sky_light;
 mod support;
+mod terminators;
 mod textures;
 mod watching;

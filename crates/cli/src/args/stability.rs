@@ -1,0 +1,54 @@
+//! Arguments of `stability`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use raywright_core::stability::Rays;
+
+/// Arguments of `stability`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Each case is judged by an oracle that is better than what it judges, in both precisions and by every kernel that this processor has. \
+The margin is how many times its worst error a bound is; where only right and wrong are told, there is none. The textbook's share is what its formulas get wrong of \
+the same rays. Exit code 1 if a bound is broken.
+
+Examples:
+  raywright stability                         All cases that are measured, with a quarter of their rays
+  raywright stability --cases T01,P21         Some of them
+  raywright stability --rays all -o page.md   All rays, to a page too")]
+pub struct StabilityArgs {
+    /// Numbers of the cases to measure, separated by commas; without it, all
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub cases: Vec<String>,
+
+    /// How many of the rays are shot
+    #[arg(long, value_name = "SHARE", value_enum, default_value_t)]
+    pub rays: RaysChoice,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+
+    /// Write the table as Markdown to a file too
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+/// How many rays are shot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum RaysChoice {
+    /// A quarter of them, but of small cases all
+    #[default]
+    Quarter,
+    /// All of them, which takes minutes
+    All,
+}
+
+impl From<RaysChoice> for Rays {
+    fn from(choice: RaysChoice) -> Self {
+        match choice {
+            RaysChoice::Quarter => Self::Quarter,
+            RaysChoice::All => Self::All,
+        }
+    }
+}
