@@ -83,9 +83,7 @@ impl Table {
         let room = room.unwrap_or(usize::MAX);
         let all = Vec::from_iter(0..columns.len());
         let before = widths.split_last().map_or(0, |(_, others)| others.iter().map(|width| width + GAP.len()).sum::<usize>());
-        let words = rows.iter().filter_map(|row| row.get(columns.len().checked_sub(1)?)).flat_map(|cell| cell.split(' '));
-        let longest = words.map(|word| word.chars().count()).max().unwrap_or(0);
-        if columns.last() == Some(&Align::Left) && before + LEAST_TEXT.max(longest) <= room {
+        if columns.last() == Some(&Align::Left) && before + LEAST_TEXT <= room {
             return rows.iter().map(|row| line(row, &widths, columns, &all, room)).collect();
         }
         let mut bands: Vec<Vec<usize>> = Vec::new();
@@ -169,6 +167,10 @@ fn line(row: &[String], widths: &[usize], columns: &[Align], shown: &[usize], ro
     for (i, &column) in shown.iter().enumerate() {
         let (cell, width) = (row.get(column).map_or("", String::as_str), widths[column]);
         let is_last = i + 1 == shown.len();
+        if is_last && columns[column] == Align::Left && text.chars().count() + longest_word(cell) > room {
+            // No room beside the figures: below them.
+            return format!("{}\n  {}\n", text.trim_end(), wrapped(cell, 2, room));
+        }
         text += &match columns[column] {
             Align::Left if is_last => wrapped(cell, text.chars().count(), room),
             Align::Left => format!("{cell:width$}"),
@@ -179,6 +181,10 @@ fn line(row: &[String], widths: &[usize], columns: &[Align], shown: &[usize], ro
         }
     }
     text.trim_end().to_owned() + "\n"
+}
+
+fn longest_word(text: &str) -> usize {
+    text.split(' ').map(|word| word.chars().count()).max().unwrap_or(0)
 }
 
 /// A text broken between words so that it fits beside so many characters, which further lines are indented by.
@@ -257,13 +263,13 @@ mod tests {
     }
 
     /// Protects: a table that is too wide breaks the text of its last column below its beginning, or goes on below with the first column once
-    /// more, also where one word of the last column is too long; nothing is lost.
+    /// more; a word that has no room beside the others stands below them; nothing is lost.
     #[test]
     fn tables_fit() {
         let text = table([Align::Left; 2], &[["a", "one two three four five six seven eight"], ["b", "nine"]]).text(Some(24));
         assert_eq!(text, "a  one two three four\n   five six seven eight\nb  nine\n");
-        let long = table([Align::Left; 3], &[["a", "eight ch", "x"], ["b", "c", "a-word-of-twenty-three"]]).text(Some(30));
-        assert_eq!(long, "a  eight ch\nb  c\n\na  x\nb  a-word-of-twenty-three\n");
+        let long = table([Align::Left; 3], &[["a", "eight ch", "x"], ["b", "c", "a-word-of-twenty-three"]]).text(Some(34));
+        assert_eq!(long, "a  eight ch  x\nb  c\n  a-word-of-twenty-three\n");
         let numbers = table([Align::Right; 4], &[["N", "first one", "second", "third"], ["10", "1", "2", "3"]]);
         assert_eq!(numbers.text(Some(22)), " N  first one  second\n10          1       2\n\n N  third\n10      3\n");
         assert_eq!(numbers.text(None).lines().count(), 2);
