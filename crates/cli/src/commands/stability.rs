@@ -33,7 +33,7 @@ struct Row {
 
 /// What a run measured.
 #[derive(Debug, Serialize)]
-struct Report {
+struct StabilityReport {
     version: &'static str,
     rows: Vec<Row>,
     /// Numbers that are held to their bounds by tests alone.
@@ -84,10 +84,10 @@ fn chosen(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
     numbers.iter().map(of).collect()
 }
 
-fn measured(args: &StabilityArgs, cases: Vec<HardCase>, verbosity: Verbosity) -> Report {
+fn measured(args: &StabilityArgs, cases: Vec<HardCase>, verbosity: Verbosity) -> StabilityReport {
     let (start, mut steps) = (Instant::now(), Steps::start(verbosity));
     let mut report =
-        Report { version: env!("CARGO_PKG_VERSION"), rows: vec![], tested_only: vec![], left_out: vec![], seconds: 0.0 };
+        StabilityReport { version: env!("CARGO_PKG_VERSION"), rows: vec![], tested_only: vec![], left_out: vec![], seconds: 0.0 };
     let count = cases.len() as f64;
     for (index, case) in cases.into_iter().enumerate() {
         steps.show(case.number, index as f64 / count);
@@ -130,14 +130,14 @@ fn cells(row: &Row) -> [String; 6] {
 
 const HEADS: [&str; 6] = ["case", "setting", "judged", "wrong", "margin", "textbook wrong"];
 
-fn plain(report: &Report) -> String {
+fn plain(report: &StabilityReport) -> String {
     let rows: Vec<[String; 6]> = core::iter::once(HEADS.map(str::to_owned)).chain(report.rows.iter().map(cells)).collect();
     let columns = [Align::Left, Align::Left, Align::Right, Align::Right, Align::Right, Align::Right];
     format!("{}{}", lay_out_aligned(columns, &rows), rest(report, "\n"))
 }
 
 /// What the table does not have.
-fn rest(report: &Report, gap: &str) -> String {
+fn rest(report: &StabilityReport, gap: &str) -> String {
     let mut text = String::new();
     if !report.tested_only.is_empty() {
         text += &format!("{gap}Held to their bounds by tests alone: {}.\n", report.tested_only.join(", "));
@@ -148,7 +148,7 @@ fn rest(report: &Report, gap: &str) -> String {
     text
 }
 
-fn markdown(report: &Report) -> String {
+fn markdown(report: &StabilityReport) -> String {
     let mut text = "| case | what is hard | bound | setting | judged | wrong | margin | textbook wrong |\n|---|---|---|---|---|---|---|---|\n".to_owned();
     for row in &report.rows {
         let [case, cells @ ..] = cells(row);
@@ -187,8 +187,13 @@ mod tests {
             textbook_wrong: Some(0.25),
             first_wrong: None,
         };
-        let report =
-            Report { version: "1", rows: vec![row], tested_only: vec!["S07"], left_out: vec![["S21", "No fog."]], seconds: 1.0 };
+        let report = StabilityReport {
+            version: "1",
+            rows: vec![row],
+            tested_only: vec!["S07"],
+            left_out: vec![["S21", "No fog."]],
+            seconds: 1.0,
+        };
         for text in [plain(&report), markdown(&report)] {
             assert!(
                 ["P07", "robust", "1000", "2.5", "25 %", "S07", "S21: No fog."].iter().all(|word| text.contains(word)),
