@@ -5,21 +5,17 @@
     venv/bin/python benches/advice.py target/release/raywright FOLDER SCENE[@SPP][@WxH].. [--budgets 20s,60s] [--seeds 3] [--truth 4096]
 
 For each scene and budget: the setting in use, and each setting of the first sentence, with the error that was printed, its interval, the true
-error (root of the mean relMSE of renders with other seeds), CPU time printed and measured, and how much light the setting changes.
+error (root of the mean relMSE of renders with other seeds), CPU time of rendering printed and measured, and how much light the setting changes.
 Truths stay in FOLDER: two renders of half of the samples each on the rungs of the report's reference, so that what a picture differs from the
 one by, times what it differs from the other by, is free of their noise.
 """
-import argparse, json, pathlib, re, resource, subprocess, time, zlib
+import argparse, json, pathlib, re, subprocess, time, zlib
 import numpy as np
 import OpenEXR
 
 def channels(path, name):
     with OpenEXR.File(str(path)) as file:
         return np.array(file.channels()[name].pixels, dtype=np.float64)[..., :3]
-
-def cpu():
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 def flags(rungs):
     """Rungs that ask for a setting, as words."""
@@ -60,23 +56,28 @@ def follow(a, spec, budget):
         advice = report['answer'][key]
         if advice and advice['flags'] not in [rungs for _, rungs, _ in advised]:
             advised.append((kind, advice['flags'], advice['measured']))
-    own_time = None
-    for kind, rungs, told in advised:
-        errors, lights, times = [], [], []
-        for seed in range(a.seeds):
-            scratch, before = a.folder / 'scratch.exr', cpu()
-            run = subprocess.run([a.program, 'render', *base, *flags(joined(own_rungs(spp), rungs)), '--seed', str(7000 + seed), '-o', scratch, '--stats', a.folder / 'stats.json', '-q'], check=True)
-            times.append(json.loads((a.folder / 'stats.json').read_text()).get('cpu_seconds') or cpu() - before)
+    errors, lights, times = ([[] for _ in advised] for _ in range(3))
+    # In turns: a machine's speed changes, and short renders say little of it.
+    turns = 0
+    while turns < a.seeds or turns < 9 and sum(map(sum, times)) < 3:
+        for at, (kind, rungs, told) in enumerate(advised):
+            scratch = a.folder / 'scratch.exr'
+            subprocess.run([a.program, 'render', *base, *flags(joined(own_rungs(spp), rungs)), '--seed', str(7000 + turns), '-o', scratch, '--stats', a.folder / 'stats.json', '-q'], check=True)
+            times[at].append(json.loads((a.folder / 'stats.json').read_text())['seconds']['render_cpu'])
             denoised = any('denoised' in rung for rung in rungs)
             picture = channels(scratch, 'denoised' if denoised else 'RGB')
-            errors.append(((picture - one) * (picture - other) * weight).mean()); lights.append(picture.sum() / ((one + other) / 2).sum() - 1)
-        true, true_time, light = np.sqrt(max(np.mean(errors), 0)), np.median(times), np.mean(lights)
+            errors[at].append(((picture - one) * (picture - other) * weight).mean())
+            lights[at].append(picture.sum() / ((one + other) / 2).sum() - 1)
+        turns += 1
+    for at, (kind, rungs, told) in enumerate(advised):
+        true, true_time, light = np.sqrt(max(np.mean(errors[at]), 0)), np.median(times[at]), np.mean(lights[at])
+        true_ratio = np.median(np.divide(times[at], times[0]))
         relmse, seconds = told['errors']['relmse'], told['seconds']
         value, low, high = (max(relmse[k], 0) ** .5 for k in ('value', 'low', 'high'))
-        ratio = told['ratio']['value'] or 1
-        own_time = own_time or true_time
+        ratio = told['ratio']
         print(f"| {name} | {budget} | {kind} | {' '.join(rungs).replace('--rung ', '') or 'as it is'} | {value:.4f} ({low:.4f} to {high:.4f}) | {true:.4f} | "
-              f"{'yes' if low <= true <= high else 'NO'} | {value / true - 1:+.0%} | {seconds['value']:.2f} / {true_time:.2f} | {ratio:.2f} / {true_time / own_time:.2f} | {light:+.2%} |", flush=True)
+              f"{'yes' if low <= true <= high else 'NO'} | {value / true - 1:+.0%} | {seconds['value']:.2f} / {true_time:.2f} | "
+              f"{ratio['value'] or 1:.2f} ({ratio['low'] or 1:.2f} to {ratio['high'] or 1:.2f}) / {true_ratio:.2f} | {light:+.2%} |", flush=True)
     settings = sum(rung['measured'] is not None for ladder in report['ladders'] for rung in ladder['rungs']) + len(report['combinations'])
     needs = [report['answer'][key] for key in ('half_needs', 'same_needs')]
     needs = ', '.join(f'{kind} may need {need:.0f} s' for kind, need in zip(('half', 'same'), needs) if need)

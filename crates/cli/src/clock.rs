@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use raywright_core::bench::clock::process_seconds;
 use serde::Serialize;
 
 /// Seconds of each stage.
@@ -17,6 +18,8 @@ pub struct Seconds {
     pub write: f64,
     /// From the start of the program to the end of the last finished stage.
     pub total: f64,
+    /// CPU seconds of all threads while rays were traced, which other programs do not lengthen; seconds where the system does not tell.
+    pub render_cpu: f64,
 }
 
 /// Measures stage after stage.
@@ -24,19 +27,26 @@ pub struct Seconds {
 pub struct Clock {
     start: Instant,
     last: Instant,
+    last_cpu: f64,
 }
 
 impl Clock {
     /// Starts the first stage.
     pub fn start() -> Self {
         let now = Instant::now();
-        Self { start: now, last: now }
+        Self { start: now, last: now, last_cpu: process_seconds() }
     }
 
     /// Seconds since the end of the last stage; the next one starts.
     pub fn lap(&mut self) -> f64 {
-        let now = Instant::now();
-        now.duration_since(std::mem::replace(&mut self.last, now)).as_secs_f64()
+        self.lap_with_cpu()[0]
+    }
+
+    /// The same with the CPU seconds of all threads since then.
+    pub fn lap_with_cpu(&mut self) -> [f64; 2] {
+        let (now, cpu) = (Instant::now(), process_seconds());
+        let seconds = now.duration_since(std::mem::replace(&mut self.last, now)).as_secs_f64();
+        [seconds, cpu - std::mem::replace(&mut self.last_cpu, cpu)]
     }
 
     /// When it started.

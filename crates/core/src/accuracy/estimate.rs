@@ -62,6 +62,17 @@ impl Interval {
         Self { value, low: value / spread, high: value * spread }
     }
 
+    /// Times another one above zero whose error is independent.
+    pub(super) fn times(&self, other: &Self) -> Self {
+        if other.low == other.high || self.value <= 0.0 {
+            return Self { value: self.value * other.value, low: self.low * other.low, high: self.high * other.high };
+        }
+        let far = |own: f64, value: f64, other: f64, middle: f64| libm::hypot(libm::log(own / value), libm::log(other / middle));
+        let value = self.value * other.value;
+        let low = value * libm::exp(-far(self.low, self.value, other.low, other.value));
+        Self { value, low, high: value * libm::exp(far(self.high, self.value, other.high, other.value)) }
+    }
+
     /// Half of its width, as a share of the value.
     pub fn relative(&self) -> f64 {
         0.5 * (self.high - self.low) / self.value

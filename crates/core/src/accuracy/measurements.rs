@@ -1,9 +1,11 @@
 //! What was measured of each setting, tile by tile, and what that says of the whole picture.
 
 mod estimates;
+mod paid;
+mod turns;
 
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -12,22 +14,13 @@ pub(super) use estimates::RelativeCost;
 use super::estimate::{TileErrors, TruthTile, light};
 use super::pilot::{PilotPair, WholeErrors};
 use super::renderer::{MARGIN, Renderer, TimedRender, Unfinished};
-use super::report::RungCost;
 use super::setting::Setting;
 use super::tiles::TileSample;
-use crate::bench::Spread;
 use crate::display::Display;
 use crate::ladder::Ladder;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
-
-/// Rounds in which a rung without error is timed, and tiles.
-const PRICE_ROUNDS: u64 = 3;
-const PRICE_TILES: usize = 4;
-/// It may take this many times as long as the scene's own setting, or so long at least.
-const PATIENCE: f64 = 20.0;
-const LEAST_PATIENCE: Duration = Duration::from_secs(1);
 
 /// One setting in one tile.
 struct TileFigures {
@@ -48,6 +41,7 @@ fn of_part(renders: &[Vec<TimedRender>], part: usize) -> Vec<&TimedRender> {
 }
 
 /// One setting: figures of the first tiles of the sample.
+#[derive(Default)]
 struct Figures {
     setting: Setting,
     rounds: u64,
@@ -60,12 +54,15 @@ struct Figures {
     whole: Vec<TimedRender>,
     /// What pilots say of them.
     whole_errors: Option<WholeErrors>,
+    /// Seconds of the first render of the whole picture, where that was rendered.
+    whole_seconds: Option<f64>,
+    /// Time when it was taken in turns with others, over what it had been.
+    turns: Vec<f64>,
 }
 
 impl Figures {
     fn new(setting: &Setting, rounds: u64) -> Self {
-        let (tiles, pictures, whole) = (Vec::new(), Vec::new(), Vec::new());
-        Self { setting: setting.clone(), rounds, tiles, pictures, first: None, whole, whole_errors: None }
+        Self { setting: setting.clone(), rounds, ..Self::default() }
     }
 }
 
@@ -153,11 +150,7 @@ impl<'a> Measurements<'a> {
         let grid = self.sample.grid;
         let area = |crop: Crop| f64::from(crop.width) * f64::from(crop.height);
         let whole = Crop { x: 0, y: 0, width: grid.size[0], height: grid.size[1] };
-        let around = |at: usize| {
-            let tile = self.sample.order[at].tile;
-            if is_denoised { grid.around(tile, MARGIN) } else { grid.tile(tile) }
-        };
-        let of_parts: f64 = (from..count).map(|at| area(around(at))).sum();
+        let of_parts: f64 = (from..count).map(|at| area(self.part(&setting, at))).sum();
         let is_all = self.sample.is_whole(count);
         if is_all || of_parts >= area(whole) || is_denoised && self.is_whole_cheap(&setting) {
             let mut renders = std::mem::take(&mut self.all[place].whole);
@@ -172,6 +165,7 @@ impl<'a> Measurements<'a> {
             let of = &mut self.all[place];
             if is_new {
                 (of.tiles, of.pictures, of.first) = (Vec::new(), Vec::new(), first);
+                of.whole_seconds = Some(renders[0].seconds);
             }
             let from = self.all[place].tiles.len();
             let share = |at: usize| {
@@ -188,10 +182,10 @@ impl<'a> Measurements<'a> {
             }
             return Ok(true);
         }
-        let parts: Vec<Crop> = (from..count).map(around).collect();
+        let parts: Vec<Crop> = (from..count).map(|at| self.part(&setting, at)).collect();
         let Some(renders) = self.take(&setting, &parts, rounds, end)? else { return Ok(false) };
-        let share = |at: usize, part: Crop| grid.pixels(self.sample.order[at].tile) / area(part);
-        let renders = parts.iter().enumerate().map(|(i, &part)| (from + i, part, share(from + i, part), of_part(&renders, i)));
+        let renders =
+            parts.iter().enumerate().map(|(i, &part)| (from + i, part, self.share(from + i, part), of_part(&renders, i)));
         self.judge(place, renders.collect(), beside, keep);
         Ok(true)
     }
@@ -205,6 +199,17 @@ impl<'a> Measurements<'a> {
         for of in self.all.iter_mut().filter(|of| !of.whole.is_empty()) {
             of.whole_errors = Some(pilots.judge(of.whole.iter().map(|render| &render.picture), &best));
         }
+    }
+
+    /// What is rendered for a tile of the sample: what is around it too where it is denoised.
+    fn part(&self, setting: &Setting, at: usize) -> Crop {
+        let (tile, grid) = (self.sample.order[at].tile, self.sample.grid);
+        if self.is_denoised(setting) { grid.around(tile, MARGIN) } else { grid.tile(tile) }
+    }
+
+    /// The tile's share of such a part.
+    fn share(&self, at: usize, part: Crop) -> f64 {
+        self.sample.grid.pixels(self.sample.order[at].tile) / (f64::from(part.width) * f64::from(part.height))
     }
 
     /// Whether a denoised picture of the whole takes so little that tiles with their margins are not worth it.
@@ -266,31 +271,6 @@ impl<'a> Measurements<'a> {
         let pictures = self.of(setting).map_or(&[][..], |of| &of.pictures);
         let chances = self.sample.chances(pictures.len());
         chances.into_iter().zip(pictures).filter_map(|(chance, all)| Some((chance, all.first()?))).collect()
-    }
-
-    /// Time and memory of a setting that gives the same picture as another one, beside that in the same rounds, on the first tiles; none where
-    /// it takes too long.
-    pub fn paid(&self, setting: &Setting, beside: &Setting, end: Instant) -> Result<Option<RungCost>, PrepareError> {
-        let tiles = self.sample.order.iter().take(PRICE_TILES.min(self.tiles(beside)));
-        let crops: Vec<Crop> = tiles.map(|look| self.sample.grid.tile(look.tile)).collect();
-        let now = self.renderer.now;
-        let own_seconds = self.measured(beside, beside).map_or(0.0, |of| of.seconds.value);
-        let (mut preparing, mut ratios, mut geometry, mut same_bits) = (Vec::new(), Vec::new(), 0, true);
-        for round in 0..PRICE_ROUNDS {
-            let before = now();
-            let Some(own) = Unfinished::allow(self.renderer.render_parts(beside, &crops, round, end))? else { break };
-            let patience = (now() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
-            let end = end.min(now() + patience);
-            let Some(others) = Unfinished::allow(self.renderer.render_parts(setting, &crops, round, end))? else { break };
-            let seconds = |of: &[TimedRender]| of.iter().map(|render| render.seconds).sum::<f64>();
-            preparing.extend(others.first().map(|render| render.preparing));
-            ratios.push(seconds(&others) / seconds(&own).max(1e-9));
-            geometry = others.first().map_or(0, |render| render.geometry);
-            same_bits &= own.iter().zip(&others).all(|(own, other)| own.picture == other.picture);
-        }
-        let [preparing, ratio] = [preparing, ratios].map(|list| (!list.is_empty()).then(|| Spread::of(&list)));
-        let paid = preparing.zip(ratio);
-        Ok(paid.map(|(preparing, ratio)| RungCost { preparing, seconds: ratio.scaled(own_seconds), ratio, geometry, same_bits }))
     }
 
     /// The first render of the first tile by a setting, or of the whole picture where that was measured.

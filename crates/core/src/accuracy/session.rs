@@ -4,6 +4,8 @@
 mod plan;
 mod price;
 mod reach;
+mod rows;
+mod turns;
 mod walks;
 
 use std::time::Instant;
@@ -13,7 +15,7 @@ use super::estimate::TruthTile;
 use super::measurements::Measurements;
 use super::outputs::outputs;
 use super::renderer::{Exposure, Now, Renderer};
-use super::report::{Base, Candidate, LadderReport, Measured, Reference, Report, RungReport, Shown, Tiles};
+use super::report::{LadderReport, Reference, Report, Tiles};
 use super::setting::Setting;
 use super::tiles::TileSample;
 use super::{Effort, KeptReference, Listener, MeasureError, Start};
@@ -22,10 +24,8 @@ use crate::denoise;
 use crate::dispatch::collapsed;
 use crate::display::Display;
 use crate::effects::{EffectSet, detect};
-use crate::film::Film;
 use crate::ladder::{Choice, Ladder, RungValue, called_for, reached};
 use crate::observer::Observer;
-use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -37,8 +37,9 @@ const PILOTS: f64 = 0.27;
 const REFERENCE: f64 = 0.45;
 const RUNGS: f64 = 0.74;
 const WALKS: f64 = 0.8;
-const AGAIN: f64 = 0.9;
-const PRICES: f64 = 0.93;
+const AGAIN: f64 = 0.87;
+const TURNS: f64 = 0.92;
+const PRICES: f64 = 0.94;
 const COSTS: f64 = 0.96;
 
 /// Where the scene takes more samples, other rungs are measured with so many: what a rung changes is seen as well, on more tiles.
@@ -163,6 +164,7 @@ impl<'a> Session<'a> {
         let own_errors = self.rungs(&plan, &mut measurements, listener)?;
         let known = self.walks(&plan, &mut measurements, listener)?;
         self.again(&known, &mut measurements, &mut exposure, listener)?;
+        self.turns(&known, &mut measurements, listener)?;
         let prices = self.prices(&measurements, listener)?;
         let own = Setting::default();
         let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
@@ -279,73 +281,6 @@ impl<'a> Session<'a> {
     fn is_possible(&self, setting: &Setting) -> bool {
         let (_, settings) = setting.applied(self.scene, &self.settings);
         !settings.denoise || denoise::is_possible(settings.sampling)
-    }
-
-    fn ladder(&self, ladder: Ladder, measurements: &Measurements<'_>, own_errors: &[(Setting, Ladder)]) -> LadderReport {
-        let in_use = ladder.in_use(self.scene, &self.settings);
-        let (exact, beside) = (self.most_exact(ladder), self.beside(ladder));
-        let rung = |choice: Choice| {
-            let setting = self.setting(choice);
-            let is_in_use = setting == beside;
-            // The most exact one was held beside the one in use, and the others beside that.
-            let pair = if is_in_use { &exact } else { &setting };
-            let is_paired = own_errors.contains(&(pair.clone(), ladder));
-            let own_error = match setting == exact {
-                true => (ladder.shares_random_numbers()).then(|| super::Interval::exact(0.0)),
-                false => is_paired.then(|| measurements.alone(pair)).flatten().map(|[alone, _]| alone),
-            };
-            RungReport {
-                rung: choice.rung().to_owned(),
-                about: choice.about(),
-                in_use: is_in_use,
-                flag: (!is_in_use).then(|| Setting::one(choice).flags().pop()).flatten(),
-                measured: measurements.measured(&setting, &beside),
-                own_error,
-            }
-        };
-        LadderReport { ladder: ladder.name(), rungs: self.choices_of(ladder).map(rung).collect(), in_use }
-    }
-
-    /// What rungs other than numbers of samples were put on, where that is not the scene as it is.
-    fn base_report(&self, measurements: &Measurements<'_>) -> Option<Base> {
-        self.base.rung(Ladder::Samples)?;
-        Some(Base { samples: BASE_SAMPLES, measured: measurements.measured(&self.base, &Setting::default())? })
-    }
-
-    /// Settings of several rungs, as far as they are no rows of a ladder.
-    fn combinations(&self, known: &[Setting], measurements: &Measurements<'_>) -> Vec<Candidate> {
-        let rows: Vec<Setting> =
-            self.pictured.iter().flat_map(|&ladder| self.choices_of(ladder)).map(|choice| self.setting(choice)).collect();
-        let others = known.iter().filter(|setting| !rows.contains(setting) && **setting != self.base);
-        let candidate = |setting: &Setting| self.candidate(setting, measurements);
-        others.filter(|setting| **setting != Setting::default()).filter_map(candidate).collect()
-    }
-
-    fn candidate(&self, setting: &Setting, measurements: &Measurements<'_>) -> Option<Candidate> {
-        let measured: Measured = measurements.measured(setting, &Setting::default())?;
-        Some(Candidate { flags: setting.flags(), measured })
-    }
-
-    /// The tile that was drawn first, or the whole picture where that was measured: the reference, and what was measured alike.
-    fn pictures(&self, measurements: &Measurements<'_>, film: &Film) -> Vec<Shown> {
-        let whole = film.picture();
-        let is_whole = measurements.sample.is_whole(measurements.known());
-        let Some(reference) = (if is_whole { Some(&whole) } else { measurements.truth() }) else { return Vec::new() };
-        let reference = Picture { layers: Vec::new(), ..reference.clone() };
-        let choices = self.pictured.iter().flat_map(|&ladder| self.choices_of(ladder));
-        let mut all = vec![Setting::default()];
-        for setting in choices.map(|choice| self.setting(choice)) {
-            if !all.contains(&setting) {
-                all.push(setting);
-            }
-        }
-        let size = (reference.width, reference.height);
-        let render = |setting: &Setting| {
-            let picture = measurements.first(setting).filter(|first| (first.width, first.height) == size)?;
-            Some(Shown { name: setting.to_string(), picture: picture.clone() })
-        };
-        let renders = all.iter().filter_map(render).collect::<Vec<_>>();
-        [Shown { name: "reference".to_owned(), picture: reference }].into_iter().chain(renders).collect()
     }
 }
 

@@ -70,7 +70,7 @@ impl Measurements<'_> {
         Some(Measured {
             tiles: count,
             renders: of.rounds as usize,
-            seconds: seconds.map(|ratio| ratio * looked / self.sample.most() as f64),
+            seconds: seconds.map(|ratio| ratio * looked / self.sample.most() as f64).times(&self.own_drift(of)),
             ratio: self.relative(setting, beside).map_or(Interval::exact(f64::NAN), |cost| cost.time),
             rays: rays.round() as u64,
             errors: Errors {
@@ -136,7 +136,7 @@ impl Measurements<'_> {
             figures.tiles.iter().map(of_tile).collect()
         };
         let (own, others) = (times(of), times(other));
-        let time = self.total(count, false, |at| (&own[at], &others[at]));
+        let time = self.total(count, false, |at| (&own[at], &others[at])).times(&self.relative_drift(of, other));
         let by_pilots = |of: &Figures| self.by_pilots(of).is_some_and(|by_pilots| by_pilots[0] == self.errors(of)[0]);
         let error = match by_pilots(of) || by_pilots(other) {
             true => self.errors(of)[0].over(&self.errors(other)[0]),

@@ -1,12 +1,14 @@
 //! Measurements by a clock that counts rays, so that every time is known.
 
 use core::time::Duration;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use super::super::RungReport;
 use super::super::measurements::cut;
 use super::super::renderer::MARGIN;
 use super::super::tiles::Grid;
 use super::*;
+use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::settings::Crop;
 
@@ -34,12 +36,15 @@ impl Listener for Heard {
 }
 
 fn measured(size: Option<[u32; 2]>, heard: &mut Heard) -> Report {
+    measured_by(|work| work() as f64 * 1e-6, size, heard)
+}
+
+fn measured_by(stopwatch: Stopwatch, size: Option<[u32; 2]>, listener: &mut dyn Listener) -> Report {
     let scene = corridor();
     let effort = Effort { budget: Duration::from_secs(600), size, rounds: 3 };
-    let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
     let session =
         Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
-    session.run(Start::default(), heard).expect("a report").0
+    session.run(Start::default(), listener).expect("a report").0
 }
 
 /// Protects: times are those of rendering alone, and ratios are a setting's time over the scene's own: n segments take n/4 of what
@@ -74,6 +79,40 @@ fn times_are_what_the_clock_says() {
         heard.0
     );
     assert!(heard.0.is_sorted_by(|a, b| a.1 <= b.1) && heard.0.iter().all(|(_, share)| (0.0..=1.0).contains(share)));
+}
+
+/// Whether the machine is busy with something else too.
+static IS_BUSY: AtomicBool = AtomicBool::new(false);
+
+/// Makes it busy while the setting in use is measured first.
+struct Disturber;
+
+impl Listener for Disturber {
+    fn step(&mut self, what: &str, _: f64) {
+        IS_BUSY.store(what == "as it is", Ordering::Relaxed);
+    }
+}
+
+/// Protects: a machine that takes twice the time while the setting in use is measured makes no other one twice as fast: settings of the frontier
+/// take n/4 of what four segments take, and intervals of all others hold that.
+#[test]
+fn what_slows_one_setting_makes_no_other_fast() {
+    let stopwatch: Stopwatch = |work| work() as f64 * if IS_BUSY.load(Ordering::Relaxed) { 2e-6 } else { 1e-6 };
+    let report = measured_by(stopwatch, Some([4, 2]), &mut Disturber);
+    let near = |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-9, "{value}, not {expected}");
+    near(report.own.seconds.value, 32e-6);
+    let lengths = report.ladders.iter().find(|ladder| ladder.ladder == "path-length").expect("mirrors");
+    let mut timed_in_turns = 0;
+    for rung in &lengths.rungs {
+        let (share, of) = (rung.rung.parse::<f64>().expect("a number") / 4.0, rung.measured.as_ref().expect("time"));
+        assert!(of.ratio.low <= share * (1.0 + 1e-9) && share <= of.ratio.high * (1.0 + 1e-9), "{rung:?}, not {share}");
+        let flag = rung.flag.iter().cloned().collect::<Vec<_>>();
+        if report.frontier.iter().any(|candidate| candidate.flags == flag) {
+            timed_in_turns += 1;
+            near(of.ratio.value, share);
+        }
+    }
+    assert!(timed_in_turns > 2, "{timed_in_turns} settings of the frontier");
 }
 
 /// Protects: effects are priced by the same clock: what mirrors add to one ray of camera is three more.

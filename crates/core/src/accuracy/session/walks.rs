@@ -271,7 +271,7 @@ impl Session<'_> {
         (candidates.collect(), self.answer(known, measurements))
     }
 
-    fn answer(&self, known: &[Setting], measurements: &Measurements<'_>) -> Answer {
+    pub(super) fn answer(&self, known: &[Setting], measurements: &Measurements<'_>) -> Answer {
         let own = Setting::default();
         let contestant = |setting: &Setting| {
             let (measured, cost) = (measurements.measured(setting, &own)?, measurements.relative(setting, &own)?);
@@ -282,7 +282,7 @@ impl Session<'_> {
     }
 
     /// Those that were measured, may be advised and that no other one beats, simple settings before others where both are worth the same.
-    fn unbeaten(&self, known: &[Setting], measurements: &Measurements<'_>) -> Vec<Setting> {
+    pub(super) fn unbeaten(&self, known: &[Setting], measurements: &Measurements<'_>) -> Vec<Setting> {
         let mut settings: Vec<Setting> = known
             .iter()
             .filter(|setting| **setting == Setting::default() || self.is_sound(setting, measurements))

@@ -282,7 +282,8 @@ impl<'a> Series<'a> {
         session.note_slow(&self.clock, notes);
         let rendered = self.threads.run(|| denoise::rendered(session.film(), (self.task.progress, verbosity), self.stop));
         let noisy = self.threads.run(|| session.film().uncertainty());
-        let seconds = Seconds { load, prepare, render: self.clock.lap(), ..Seconds::default() };
+        let [render, render_cpu] = self.clock.lap_with_cpu();
+        let seconds = Seconds { load, prepare, render, render_cpu, ..Seconds::default() };
         let caption = match (self.inputs.len(), shot.caption.as_str()) {
             (_, "") => loaded.source.stem.clone(),
             (1, caption) => caption.to_owned(),
