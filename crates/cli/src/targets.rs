@@ -26,6 +26,11 @@ impl Target {
         matches!(self, Self::File(_, Format::Exr) | Self::Unnamed(_, Format::Exr))
     }
 
+    /// Whether it can hold coverage.
+    pub fn has_coverage(&self) -> bool {
+        !matches!(self, Self::File(_, Format::Jpeg { .. }))
+    }
+
     /// The file, if it is one.
     pub fn path(&self) -> Option<&Path> {
         match self {
@@ -42,6 +47,8 @@ pub struct Outputs {
     /// Which of them lies where, and which one is what file: a run may have thousands, and each is compared with all.
     by_spelling: HashMap<PathBuf, usize>,
     by_fingerprint: HashMap<u64, usize>,
+    /// Quality of JPEGs, where one is asked for.
+    quality: Option<u8>,
 }
 
 #[derive(Debug)]
@@ -56,6 +63,11 @@ struct Output {
 }
 
 impl Outputs {
+    /// None yet; JPEGs get a quality from 1 to 100.
+    pub fn with_quality(quality: Option<u8>) -> Self {
+        Self { quality, ..Self::default() }
+    }
+
     /// Adds a file, if it can be made and is none of those that are there already; `flag` is what names it.
     pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
         let place = Place::check(path)?;
@@ -119,7 +131,10 @@ pub fn pictures(named: &[PathBuf], outputs: &mut Outputs) -> Result<Vec<Target>,
         let target = if path == Path::new("-") {
             Target::Stdout
         } else {
-            let format = Format::of(path)?;
+            let format = match (Format::of(path)?, outputs.quality) {
+                (Format::Jpeg { .. }, Some(quality)) => Format::Jpeg { quality },
+                (format, _) => format,
+            };
             outputs.add(path, "-o")?;
             Target::File(path.clone(), format)
         };

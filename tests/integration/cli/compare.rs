@@ -215,7 +215,7 @@ fn what_cannot_be_compared_is_explained() {
         .exits_with(3)
         .says("error: a.png and small.png: the pictures differ in size: 48 × 27 against 20 × 10 pixels");
     desk.write("text.png", "not a picture");
-    desk.run(&["compare", "a.png", "text.png"]).exits_with(3).says("error: text.png: neither a PNG nor an OpenEXR picture");
+    desk.run(&["compare", "a.png", "text.png"]).exits_with(3).says("error: text.png: no PNG, JPEG, WebP or OpenEXR picture");
     desk.run(&["compare", "a.png", "missing.png"]).exits_with(4).says("error: cannot read missing.png: no such file or folder");
     desk.run(&["compare", "a.png", "b.png", "--diff", "no/d.png"]).exits_with(4);
     desk.run(&["compare", "a.png", "b.png", "--diff", "d.exr"])

@@ -71,7 +71,7 @@ fn files_say_what_is_known() {
     let table = desk.run(&["info", "part.exr"]);
     assert!(table.exits_with(0).text().contains("20x10 pixels at 8, 4 of 70x50"), "{}", table.text());
     desk.write("broken.png", "no picture");
-    desk.run(&["info", "broken.png"]).exits_with(3).says_like("broken.png: neither a PNG nor an OpenEXR picture");
+    desk.run(&["info", "broken.png"]).exits_with(3).says_like("broken.png: no PNG, JPEG, WebP or OpenEXR picture");
     desk.run(&["info", "none.exr"]).exits_with(4);
 }
 

@@ -46,6 +46,39 @@ fn several_outputs_are_written() {
     assert_eq!(desk.names(), ["a.png", "b.exr"]);
 }
 
+/// Protects: pictures for pages: a WebP has the codes of the PNG, a JPEG nearly, by the quality that is asked for; both say what made them; and
+/// a JPEG that is to be transparent is refused before anything is rendered.
+#[test]
+fn pages_have_their_formats() {
+    if !carried("whitted") {
+        return;
+    }
+    let desk = Desk::new();
+    desk.run(&small(&["-o", "a.png", "-o", "a.webp", "-o", "a.jpg", "-q"])).exits_with(0).says("");
+    desk.run(&small(&["-o", "small.JPEG", "--quality", "20", "-q"])).exits_with(0).says("");
+    assert_eq!(desk.picture("a.png").rgb, desk.picture("a.webp").rgb);
+    let far = |name: &str| {
+        let (picture, truth) = (desk.picture(name), desk.picture("a.png"));
+        let pairs = picture.rgb.iter().flatten().zip(truth.rgb.iter().flatten());
+        pairs.map(|(a, b)| (a - b).abs()).sum::<f32>() / (3 * picture.rgb.len()) as f32
+    };
+    let (fine, coarse) = (far("a.jpg"), far("small.JPEG"));
+    assert!(fine < 0.02 && coarse > 1.5 * fine, "{fine}, {coarse}");
+    for (name, notation) in [("a.webp", "WebP"), ("a.jpg", "JPEG")] {
+        let run = desk.run(&["info", name]);
+        assert!(
+            run.exits_with(0).text().contains(notation) && run.text().contains("raywright render preset:whitted"),
+            "{}",
+            run.text()
+        );
+    }
+    desk.run(&["compare", "a.webp", "a.png"]).exits_with(0);
+    let refused = desk.run(&small(&["-o", "b.jpg", "--background", "transparent"]));
+    refused.exits_with(2).says_like("a JPEG has no transparency");
+    desk.run(&small(&["-o", "b.jpg", "--quality", "0"])).exits_with(2);
+    assert!(!desk.names().contains(&"b.jpg".to_owned()));
+}
+
 /// Protects: `-o -` writes the same PNG to standard output and nothing else there.
 #[test]
 fn standard_output_takes_the_picture() {

@@ -23,7 +23,7 @@ pub struct MergeArgs {
     #[arg(value_name = "PART", required = true)]
     pub parts: Vec<PathBuf>,
 
-    /// Picture to write, .png (display) or .exr (linear, with the layers that the parts have); may be repeated; - for PNG on
+    /// Picture to write, .png, .jpg or .webp (display) or .exr (linear, with the layers that the parts have); may be repeated; - for PNG on
     /// standard output
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append, required_unless_present = "checkpoint")]
     pub outputs: Vec<PathBuf>,

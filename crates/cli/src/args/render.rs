@@ -48,7 +48,7 @@ pub struct RenderArgs {
     ))]
     pub scenes: Vec<OsString>,
 
-    /// Picture to write, .png (display) or .exr (linear); may be repeated; - for PNG on standard output. Several pictures are
+    /// Picture to write, .png, .jpg or .webp (display) or .exr (linear); may be repeated; - for PNG on standard output. Several pictures are
     /// numbered where %04d is in the name; .gif or .apng holds all of them, one after the other
     /// [default: the scene's name .png in the current directory]
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append)]
@@ -243,6 +243,10 @@ pub struct DisplayArgs {
     /// Curve of the picture's codes [default: the scene's; models srgb]
     #[arg(long, value_name = "CURVE", value_parser = names::variants::<TransferCurve>())]
     pub gamma: Option<TransferCurve>,
+
+    /// Quality of .jpg pictures, from 1 to 100 [default: 90]
+    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub quality: Option<u8>,
 }
 
 /// What the machine may spend.

@@ -24,7 +24,7 @@ use crate::{interrupt, origin, plan};
 /// Reads a film, denoises it and writes what is asked for.
 pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
-    let (mut outputs, mut inputs) = (Outputs::default(), Inputs::default());
+    let (mut outputs, mut inputs) = (Outputs::with_quality(args.display.quality), Inputs::default());
     let targets = targets::pictures(&args.outputs, &mut outputs)?;
     inputs.read(&args.film);
     outputs.keep_clear_of(&inputs)?;

@@ -20,7 +20,7 @@ use crate::{origin, plan};
 /// Reads the parts, joins them and writes what is asked for.
 pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
-    let (mut outputs, mut inputs) = (Outputs::default(), Inputs::default());
+    let (mut outputs, mut inputs) = (Outputs::with_quality(args.display.quality), Inputs::default());
     let targets = targets::pictures(&args.outputs, &mut outputs)?;
     if let Some(path) = &args.checkpoint {
         outputs.add(path, "--checkpoint")?;

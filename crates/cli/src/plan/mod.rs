@@ -14,7 +14,7 @@ use raywright_core::display::Display;
 use raywright_core::framing::View;
 use raywright_core::ladder::Ladder;
 use raywright_core::scene::{Camera, Scene};
-use raywright_core::settings::{Aov, Crop, Sampling};
+use raywright_core::settings::{Aov, Background, Crop, Sampling};
 use raywright_io::output::AnimationFormat;
 use raywright_io::{Environment, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions, Overrides};
 
@@ -142,6 +142,16 @@ impl Task {
             task.refuse_what_is_of_one_picture()?;
         }
         Ok(task)
+    }
+
+    /// Quality of JPEGs, where one is asked for.
+    pub fn quality(&self) -> Option<u8> {
+        self.look.display.quality
+    }
+
+    /// Whether pictures have coverage in place of a background.
+    pub fn is_transparent(&self) -> bool {
+        self.look.view.background == Some(Background::Transparent)
     }
 
     fn refuse_what_is_of_one_picture(&self) -> Result<(), Failure> {

@@ -1,12 +1,14 @@
-//! Pictures on disk: PNG for the screen, OpenEXR for the numbers, films for pictures in the making; all written whole or not at all,
-//! and read back.
+//! Pictures on disk: PNG, JPEG and WebP for the screen, OpenEXR for the numbers, films for pictures in the making; all written whole or not
+//! at all, and read back.
 
 mod animation;
 mod atomic;
+mod exif;
 mod exr;
 mod film;
 mod metadata;
 mod own;
+mod page;
 mod place;
 mod png;
 mod read;
@@ -27,6 +29,7 @@ pub use exr::exr_bytes;
 pub use film::{KeptFilm, read_film, write_film};
 pub use metadata::Metadata;
 pub use own::is_own_picture;
+pub use page::{jpeg_bytes, webp_bytes};
 pub use place::Place;
 pub(crate) use place::fingerprint;
 pub use png::png_bytes;
@@ -37,11 +40,21 @@ pub use sheet::Sheet;
 /// A picture format, as the end of a file's name says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// 8-bit display values.
+    /// Display values of 8 or 16 bits.
     Png,
+    /// Display values of 8 bits, with losses and without coverage.
+    Jpeg {
+        /// From 1 to 100.
+        quality: u8,
+    },
+    /// Display values of 8 bits, without losses.
+    WebP,
     /// Linear scene-referred 32-bit floating point with all layers.
     Exr,
 }
+
+/// Quality of a JPEG where none is asked for.
+pub const QUALITY: u8 = 90;
 
 impl Format {
     /// The format that a path asks for; an error of kind [`Usage`](crate::ErrorKind::Usage) where it asks for none of ours.
@@ -49,17 +62,30 @@ impl Format {
         let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
             Some("png") => Ok(Self::Png),
+            Some("jpg" | "jpeg") => Ok(Self::Jpeg { quality: QUALITY }),
+            Some("webp") => Ok(Self::WebP),
             Some("exr") => Ok(Self::Exr),
             Some(other) => Err(Error::usage(format!("cannot write {}: unknown picture format `.{other}`", path.display()))),
             None => Err(Error::usage(format!("cannot write {}: the name does not end in a picture format", path.display()))),
         }
-        .map_err(|error| error.with_hint("names end in `.png` (what a screen shows) or `.exr` (linear numbers)"))
+        .map_err(|error| error.with_hint("names end in `.png`, `.jpg`, `.webp` (what a screen shows) or `.exr` (linear numbers)"))
     }
 }
 
 /// Writes a picture in the format that its name asks for. The final name only ever holds a finished picture.
 pub fn write_picture(path: &Path, picture: &Picture, display: Display, metadata: &Metadata) -> Result<(), Error> {
-    write_atomically(path, &picture_bytes(path, picture, display, metadata)?)
+    write_picture_as(path, Format::of(path)?, picture, display, metadata)
+}
+
+/// The same in a format that was chosen before.
+pub fn write_picture_as(
+    path: &Path,
+    format: Format,
+    picture: &Picture,
+    display: Display,
+    metadata: &Metadata,
+) -> Result<(), Error> {
+    write_atomically(path, &picture_bytes(path, format, picture, display, metadata)?)
 }
 
 /// Writes a picture under a name that the user did not choose: it replaces nothing but a picture of ours, and where something
@@ -71,7 +97,7 @@ pub fn write_unnamed_picture(
     metadata: &Metadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<PathBuf, Error> {
-    write_unnamed(path, &picture_bytes(path, picture, display, metadata)?, is_free)
+    write_unnamed(path, &picture_bytes(path, Format::of(path)?, picture, display, metadata)?, is_free)
 }
 
 /// The same for any file.
@@ -97,9 +123,17 @@ fn numbered(path: &Path, number: u32) -> PathBuf {
     if number == 1 { path.to_owned() } else { with_suffix(path, &format!("-{number}")) }
 }
 
-fn picture_bytes(path: &Path, picture: &Picture, display: Display, metadata: &Metadata) -> Result<Vec<u8>, Error> {
-    match Format::of(path)? {
+fn picture_bytes(
+    path: &Path,
+    format: Format,
+    picture: &Picture,
+    display: Display,
+    metadata: &Metadata,
+) -> Result<Vec<u8>, Error> {
+    match format {
         Format::Png => png_bytes(picture, display, metadata),
+        Format::Jpeg { quality } => jpeg_bytes(picture, quality, display, metadata),
+        Format::WebP => webp_bytes(picture, display, metadata),
         Format::Exr => exr_bytes(picture, metadata),
     }
     .map_err(|cause| Error::write(path, &cause))

@@ -1,4 +1,4 @@
-//! Pictures from files, for comparing and for tests: PNG of 8 and 16 bits, OpenEXR with any channels.
+//! Pictures from files, for comparing and for tests: PNG of 8 and 16 bits, JPEG, WebP, OpenEXR with any channels.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -11,7 +11,9 @@ use exr::prelude::{AttributeValue, Compression, FlatImage, FlatSamples, MetaData
 use png::{ColorType, Decoder, Transformations};
 use raywright_core::picture::{DataWindow, Encoding, Layer, Picture};
 
+use super::exif;
 use super::metadata::Metadata;
+use super::page::PageFile;
 use crate::error::Error;
 use crate::folder::read_file;
 use crate::limits::{Limits, human_bytes};
@@ -19,14 +21,16 @@ use crate::limits::{Limits, human_bytes};
 /// A picture as a file holds it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredPicture {
-    /// The numbers: display values 0..1 from a PNG, floating-point numbers as they are from an OpenEXR.
+    /// The format's name.
+    pub notation: &'static str,
+    /// The numbers: floating-point numbers as they are from an OpenEXR, display values 0..1 from all others.
     pub picture: Picture,
     /// What the numbers mean.
     pub encoding: Encoding,
     /// Whether the file has colour: channels `R`, `G`, `B`, or `Y` alone. Otherwise `rgb` is black and the file's channels
     /// are all layers.
     pub has_colour: bool,
-    /// Texts of the file by name.
+    /// Texts of the file by name, those of Exif by the names that OpenEXR has for them.
     pub texts: BTreeMap<String, String>,
 }
 
@@ -41,11 +45,11 @@ impl StoredPicture {
 /// a small file cannot ask for a large picture.
 const MAX_EXPANSION: u64 = 4096;
 
-/// First bytes of the two formats.
+/// First bytes of formats.
 pub(super) const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 pub(super) const EXR: &[u8] = b"\x76\x2f\x31\x01";
 
-/// Reads a PNG or OpenEXR file; which of them it is, its first bytes say. Animated PNG: the first picture; OpenEXR of several
+/// Reads a PNG, JPEG, WebP or OpenEXR file; which of them it is, its first bytes say. Animations: the first picture; OpenEXR of several
 /// parts: all of them, if they have one size, with `part.` before their channels' names.
 pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error> {
     let unreadable = |cause: std::io::Error| Error::read(path, &cause);
@@ -61,8 +65,10 @@ pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<Stor
         decode_png(bytes, limits)
     } else if bytes.starts_with(EXR) {
         decode_exr(bytes, limits)
+    } else if let Some(file) = PageFile::open(bytes) {
+        file.map_err(Failure::from).and_then(|file| decode_page(file, limits))
     } else {
-        Err(Failure::Wrong("neither a PNG nor an OpenEXR picture".to_owned()))
+        Err(Failure::Wrong("no PNG, JPEG, WebP or OpenEXR picture".to_owned()))
     };
     decoded.map_err(|failure| match failure {
         Failure::Wrong(message) => Error::input(path.display(), message),
@@ -79,6 +85,12 @@ enum Failure {
 impl From<png::DecodingError> for Failure {
     fn from(cause: png::DecodingError) -> Self {
         Self::Wrong(format!("not a readable PNG: {cause}"))
+    }
+}
+
+impl From<image::ImageError> for Failure {
+    fn from(cause: image::ImageError) -> Self {
+        Self::Wrong(format!("not a readable picture: {cause}"))
     }
 }
 
@@ -139,7 +151,21 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
         texts.extend(chunk.get_text().ok().map(|text| (chunk.keyword.clone(), text)));
     }
     let picture = Picture { width, height, rgb, alpha, layers: Vec::new(), window: None };
-    Ok(StoredPicture { picture, encoding: Encoding::Display, has_colour: true, texts })
+    Ok(StoredPicture { notation: "PNG", picture, encoding: Encoding::Display, has_colour: true, texts })
+}
+
+fn decode_page(file: PageFile<'_>, limits: &Limits) -> Result<StoredPicture, Failure> {
+    let (notation, (width, height)) = (file.notation(), file.dimensions());
+    // A few bytes of a lossless WebP can be any number of equal pixels: memory is what limits them.
+    check_size(width.into(), height.into(), 16 + 4, usize::MAX, limits)?;
+    let (image, exif) = file.decode()?;
+    let share = |code: u8| (f64::from(code) / 255.0) as f32;
+    let has_alpha = image.color().has_alpha();
+    let codes = image.into_rgba8();
+    let rgb = codes.pixels().map(|pixel| [0, 1, 2].map(|i| share(pixel.0[i]))).collect();
+    let alpha = has_alpha.then(|| codes.pixels().map(|pixel| share(pixel.0[3])).collect());
+    let picture = Picture { width, height, rgb, alpha, layers: Vec::new(), window: None };
+    Ok(StoredPicture { notation, picture, encoding: Encoding::Display, has_colour: true, texts: exif::texts(&exif) })
 }
 
 fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
@@ -221,7 +247,7 @@ fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {
     if !picture.is_consistent() {
         return Err(Failure::Wrong("not a readable OpenEXR file: its channels do not fit its size".to_owned()));
     }
-    Ok(StoredPicture { picture, encoding: Encoding::Linear, has_colour, texts })
+    Ok(StoredPicture { notation: "OpenEXR", picture, encoding: Encoding::Linear, has_colour, texts })
 }
 
 /// Where pixels of a size and a place lie in the display window; none: they are all of it.

@@ -28,7 +28,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let (picture, reference) = (noise::read(&args.picture)?, noise::read(&args.reference)?);
     let names = [args.picture.as_path(), args.reference.as_path()];
     refuse_other_places(&picture.stored.picture, &reference.stored.picture, names)?;
-    let flags = DisplayArgs { exposure: args.exposure, tonemap: args.tonemap, gamma: args.gamma };
+    let flags = DisplayArgs { exposure: args.exposure, tonemap: args.tonemap, gamma: args.gamma, quality: None };
     let all_given = args.exposure.is_some() && args.tonemap.is_some() && args.gamma.is_some();
     let shown = ChosenDisplay::of((|own| plan::shown(&flags, own), all_given), &picture, &reference);
     let display = shown.map(|shown| shown.display).unwrap_or_default();

@@ -30,8 +30,13 @@ pub fn read(path: &Path) -> Result<Judged, Failure> {
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(FILM)) {
         let KeptFilm { film, display, .. } = read_film(path, &limits)?;
         let errors = film.standard_errors().map(|(errors, freedom)| (errors, f64::from(freedom)));
-        let stored =
-            StoredPicture { picture: film.picture(), encoding: Encoding::Linear, has_colour: true, texts: Default::default() };
+        let stored = StoredPicture {
+            notation: "film",
+            picture: film.picture(),
+            encoding: Encoding::Linear,
+            has_colour: true,
+            texts: Default::default(),
+        };
         return Ok(Judged { stored, display: Some(display), errors });
     }
     let stored = read_picture(path, &limits)?;

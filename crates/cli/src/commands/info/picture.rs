@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use raywright_core::picture::Encoding;
 use raywright_io::output::{Format, Metadata, StoredPicture, read_picture};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -55,7 +54,7 @@ impl PictureFacts {
         Self {
             format: FORMAT,
             file: path.display().to_string(),
-            notation: if stored.encoding == Encoding::Linear { "OpenEXR" } else { "PNG" },
+            notation: stored.notation,
             size: [picture.width, picture.height],
             window: picture.window.as_ref().map(|window| json!({ "origin": window.origin, "full": window.full })),
             layers: picture.layers.iter().map(|layer| layer.name.clone()).collect(),

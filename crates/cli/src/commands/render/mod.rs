@@ -87,6 +87,7 @@ fn note_rendered(loaded: &Loaded, rendered: &Rendered, plan: &Plan, targets: &[T
 fn check(task: &Task, targets: &[Target]) -> Result<(), Failure> {
     refuse_terminal(task, targets)?;
     refuse_layers_without_place(task, targets)?;
+    refuse_transparent_jpegs(task, targets)?;
     refuse_codes_for_floats(task, targets)
 }
 
@@ -134,12 +135,22 @@ fn wants_floats(task: &Task) -> bool {
     task.choices.rungs.iter().any(|choice| choice.value() == RungValue::Output(Output::Float))
 }
 
-/// A PNG holds codes.
+/// A JPEG has no transparency.
+fn refuse_transparent_jpegs(task: &Task, targets: &[Target]) -> Result<(), Failure> {
+    if !task.is_transparent() || targets.iter().all(Target::has_coverage) {
+        return Ok(());
+    }
+    let error = Error::usage("--background transparent: a JPEG has no transparency");
+    Err(error.with_hint("name a picture that ends in .png or .webp, or take a colour: --background white").into())
+}
+
+/// All but OpenEXR hold codes.
 fn refuse_codes_for_floats(task: &Task, targets: &[Target]) -> Result<(), Failure> {
     if !wants_floats(task) || targets.iter().all(Target::has_layers) {
         return Ok(());
     }
-    let error = Error::usage("--rung output=float keeps linear numbers, and a PNG has codes of display values");
+    let error =
+        Error::usage("--rung output=float keeps linear numbers, and all formats but OpenEXR have codes of display values");
     Err(error.with_hint("name pictures that end in .exr, or leave the rung away").into())
 }
 

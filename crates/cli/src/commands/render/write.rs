@@ -47,7 +47,7 @@ fn write_to(
             None
         }
         Target::File(path, format) => {
-            output::write_picture(path, &picture(rendered, *format), display, metadata)?;
+            output::write_picture_as(path, *format, &picture(rendered, *format), display, metadata)?;
             Some(shown(path))
         }
         // Something else may lie there by now; a picture that took an hour is not given up for it.
@@ -73,7 +73,7 @@ fn picture(rendered: &Rendered, format: Format) -> Cow<'_, Picture> {
             Cow::Owned(all)
         }
         (Format::Exr, None) => Cow::Borrowed(&rendered.picture),
-        (Format::Png, _) => Cow::Borrowed(rendered.shown()),
+        _ => Cow::Borrowed(rendered.shown()),
     }
 }
 

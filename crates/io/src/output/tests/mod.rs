@@ -5,6 +5,7 @@ mod reference;
 
 use std::path::PathBuf;
 
+use raywright_core::display::Output;
 use raywright_core::picture::{Encoding, Layer};
 use raywright_core::scene::{ToneMap, TransferCurve};
 
@@ -128,18 +129,47 @@ fn png_holds_the_codes_of_the_display() {
     }
 }
 
+/// Protects: a WebP holds exactly the codes of the display, straight coverage included, and a JPEG of the best quality nearly; both say where they
+/// come from, as numbers of 8 bits where more are asked for.
+#[test]
+fn pages_show_the_codes_of_the_display() {
+    let codes = |read: &StoredPicture| -> Vec<u8> {
+        let alpha = |i: usize| read.picture.alpha.as_ref().map(|alpha| alpha[i]);
+        let values = read.picture.rgb.iter().enumerate().flat_map(|(i, rgb)| rgb.iter().copied().chain(alpha(i)));
+        values.map(|value| (value * 255.0).round() as u8).collect()
+    };
+    let told = decode(&png_bytes(&trouble(), Display::PLAIN, &metadata()).unwrap()).unwrap().metadata();
+    let display = Display { tone_map: ToneMap::Aces, exposure_stops: -0.5, output: Output::Sixteen, ..Display::PLAIN };
+    let eight = Display { output: Output::Eight, ..display };
+    for alpha in [None, Some(vec![0.0, 0.25, 0.5, 0.75, 1.0, 1.0])] {
+        let picture = Picture { alpha, ..trouble() };
+        let read = decode(&webp_bytes(&picture, display, &metadata()).unwrap()).unwrap();
+        assert_eq!((read.notation, codes(&read)), ("WebP", eight.to_codes(&picture)));
+        assert_eq!(read.metadata(), told);
+    }
+    let ramp = |x: u32| [x as f32 / 64.0, 0.25, 1.0 - x as f32 / 64.0];
+    let picture = Picture { rgb: (0..64 * 64).map(|i| ramp(i % 64)).collect(), ..Picture::new(64, 64) };
+    let jpeg = |quality: u8| jpeg_bytes(&picture, quality, Display::PLAIN, &metadata()).unwrap();
+    let read = decode(&jpeg(100)).unwrap();
+    let farthest = codes(&read).iter().zip(Display::PLAIN.to_codes(&picture)).map(|(&a, b)| a.abs_diff(b)).max();
+    assert!(farthest <= Some(4) && read.notation == "JPEG" && read.metadata() == told, "{farthest:?} codes");
+    assert!(jpeg(30).len() < jpeg(100).len());
+    let clear = Picture { alpha: Some(vec![1.0; 64 * 64]), ..picture.clone() };
+    assert!(jpeg_bytes(&clear, 90, Display::PLAIN, &metadata()).is_err());
+}
+
 /// Protects: writing through the file system: format by name, the final name only, and a folder that is not there said beforehand.
 #[test]
 fn pictures_are_written_by_name() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["a.png", "b.EXR"] {
+    for name in ["a.png", "b.EXR", "c.jpg", "d.WebP"] {
         let path = folder.path().join(name);
         Place::check(&path).unwrap();
         write_picture(&path, &trouble(), Display::PLAIN, &metadata()).unwrap();
         assert_eq!(read_picture(&path, &Limits::default()).unwrap().picture.width, 3);
     }
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
-    for name in ["a.jpg", "a"] {
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
+    for name in ["a.tif", "a"] {
         assert_eq!(Format::of(Path::new(name)).unwrap_err().kind(), ErrorKind::Usage, "{name}");
     }
     let kind = |path: PathBuf| Place::check(&path).unwrap_err().kind();

@@ -143,7 +143,13 @@ fn smallvec_of<T>(value: T) -> SmallVec<[T; 4]> {
 fn damaged_files_give_errors() {
     let mut picture = trouble();
     picture.alpha = Some(vec![0.5; 6]);
-    let files = [exr_bytes(&picture, &metadata()).unwrap(), png_bytes(&picture, Display::PLAIN, &metadata()).unwrap()];
+    let opaque = Picture { alpha: None, ..picture.clone() };
+    let files = [
+        exr_bytes(&picture, &metadata()).unwrap(),
+        png_bytes(&picture, Display::PLAIN, &metadata()).unwrap(),
+        webp_bytes(&picture, Display::PLAIN, &metadata()).unwrap(),
+        jpeg_bytes(&opaque, 90, Display::PLAIN, &metadata()).unwrap(),
+    ];
     for bytes in files {
         assert!(decode(&bytes).is_ok());
         for length in 0..bytes.len() - 1 {

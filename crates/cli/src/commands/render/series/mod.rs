@@ -93,7 +93,7 @@ impl<'a> Series<'a> {
     /// Everything that can be known before a scene is read.
     fn start(task: &'a Task) -> Result<Self, Failure> {
         let clock = Clock::start();
-        let mut outputs = Outputs::default();
+        let mut outputs = Outputs::with_quality(task.quality());
         let count = task.scenes.len() * task.shots.len();
         let targets = names::named(&task.outputs, (!task.is_single).then_some(count), &mut outputs)?;
         let together = Together::start(task, count, &mut outputs)?;

@@ -1,0 +1,85 @@
+//! The display picture as pages show it: JPEG and lossless WebP, written and read back.
+
+use std::io::{self, Cursor};
+
+use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
+use image::codecs::webp::{WebPDecoder, WebPEncoder};
+use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageResult};
+use raywright_core::display::{Display, Output};
+use raywright_core::picture::Picture;
+
+use super::exif;
+use super::metadata::Metadata;
+
+/// A JPEG of the picture as the display settings show it, colour at full resolution; `quality` from 1 to 100. It has no coverage.
+pub fn jpeg_bytes(picture: &Picture, quality: u8, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
+    if picture.alpha.is_some() {
+        return Err(io::Error::other("a JPEG has no transparency"));
+    }
+    let mut bytes = Vec::new();
+    encode(JpegEncoder::new_with_quality(&mut bytes, quality), picture, display, metadata)?;
+    Ok(bytes)
+}
+
+/// A lossless WebP of the picture as the display settings show it, with its coverage, stored straight, where it has one.
+pub fn webp_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    encode(WebPEncoder::new_lossless(&mut bytes), picture, display, metadata)?;
+    Ok(bytes)
+}
+
+fn encode(mut encoder: impl ImageEncoder, picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<()> {
+    super::check_consistent(picture)?;
+    let exif = exif::block(metadata);
+    if !exif.is_empty() {
+        encoder.set_exif_metadata(exif).map_err(io::Error::other)?;
+    }
+    // Both formats have codes of eight bits.
+    let output = if display.output.bytes() == 1 { display.output } else { Output::Eight };
+    let codes = Display { output, ..display }.to_codes(picture);
+    let kind = if picture.alpha.is_some() { ExtendedColorType::Rgba8 } else { ExtendedColorType::Rgb8 };
+    encoder.write_image(&codes, picture.width, picture.height, kind).map_err(io::Error::other)
+}
+
+/// A file of one of these formats whose header was read.
+pub(super) enum PageFile<'b> {
+    Jpeg(JpegDecoder<Cursor<&'b [u8]>>),
+    WebP(WebPDecoder<Cursor<&'b [u8]>>),
+}
+
+impl<'b> PageFile<'b> {
+    /// Reads the header; none where the bytes begin as no such file.
+    pub fn open(bytes: &'b [u8]) -> Option<ImageResult<Self>> {
+        let cursor = Cursor::new(bytes);
+        if bytes.starts_with(b"\xff\xd8\xff") {
+            return Some(JpegDecoder::new(cursor).map(Self::Jpeg));
+        }
+        let is_webp = bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP");
+        is_webp.then(|| WebPDecoder::new(cursor).map(Self::WebP))
+    }
+
+    /// The format's name.
+    pub fn notation(&self) -> &'static str {
+        if matches!(self, Self::Jpeg(_)) { "JPEG" } else { "WebP" }
+    }
+
+    /// Width and height.
+    pub fn dimensions(&self) -> (u32, u32) {
+        match self {
+            Self::Jpeg(decoder) => decoder.dimensions(),
+            Self::WebP(decoder) => decoder.dimensions(),
+        }
+    }
+
+    /// The first picture, and the Exif block.
+    pub fn decode(self) -> ImageResult<(DynamicImage, Vec<u8>)> {
+        fn both(mut decoder: impl ImageDecoder) -> ImageResult<(DynamicImage, Vec<u8>)> {
+            let exif = decoder.exif_metadata()?.unwrap_or_default();
+            Ok((DynamicImage::from_decoder(decoder)?, exif))
+        }
+        match self {
+            Self::Jpeg(decoder) => both(decoder),
+            Self::WebP(decoder) => both(decoder),
+        }
+    }
+}
