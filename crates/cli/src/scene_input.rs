@@ -61,7 +61,8 @@ pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
         Some(_) => Some("without a camera it is shown whole"),
         None => Some("the scene has no camera: it is shown whole"),
     };
-    let parts: Vec<&str> = light.into_iter().chain(camera).collect();
+    let up = loaded.assumed_up.map(|up| format!("STL does not say what is up: {} is taken, --up y takes y", up.name()));
+    let parts: Vec<&str> = light.into_iter().chain(camera).chain(up.as_deref()).collect();
     if !parts.is_empty() {
         notes.note(parts.join("; "));
     }

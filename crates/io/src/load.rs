@@ -17,6 +17,7 @@ use crate::inputs::Inputs;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
 use crate::source::{Format, SourceInfo};
+use crate::up::{UpAxis, turn};
 use crate::{model_file, presets};
 
 /// Where a scene comes from.
@@ -72,13 +73,17 @@ pub struct LoadOptions {
     pub limits: Limits,
 }
 
-/// What of a glTF file is meant. Other inputs have nothing to choose from.
+/// What of a model is meant. Files other than glTF have an up axis alone, native scenes nothing to choose from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModelOptions {
     /// Name of a scene or, where no name fits, its index; none: the file's default.
     pub scene: Option<String>,
     /// Name of a variant of its materials (KHR_materials_variants); none: the default look.
     pub variant: Option<String>,
+    /// Name of an animation or, where no name fits, its index; none: all together. Without a time it is shown at its beginning.
+    pub animation: Option<String>,
+    /// The axis of any model that is up; none: z of STL, where no file says it, y of all others.
+    pub up: Option<UpAxis>,
 }
 
 /// A scene that was read and found right.
@@ -98,6 +103,8 @@ pub struct Loaded {
     pub contents: Contents,
     /// Why the neutral sky was added to it or, of a model, the default studio; none: it has light, or an environment was asked for.
     pub added_sky: Option<LightShortage>,
+    /// The axis that was taken for up though no file says so; none: it is y, as everywhere here, or was asked for.
+    pub assumed_up: Option<UpAxis>,
 }
 
 /// Reads and checks a scene, and completes it: one without light gets the neutral sky, and a model whose own lights are none or too faint to
@@ -117,6 +124,7 @@ pub fn load_observed(input: &Input, options: &LoadOptions, observer: &dyn Observ
     match input {
         Input::Preset(name) => {
             refuse_choice(&format!("preset:{name}"), &options.model)?;
+            refuse_axis(&format!("preset:{name}"), &options.model)?;
             let preset = presets::get(name)?;
             let folder = Folder::none(options.limits.file_bytes);
             native_scene(&format!("preset:{name}"), name, preset.text, Notation::Toml, &folder, options)
@@ -148,6 +156,7 @@ fn content(
     match format_of(path, &bytes)? {
         Format::Native(notation) => {
             refuse_choice(&name, &options.model)?;
+            refuse_axis(&name, &options.model)?;
             let text = native::text(&name, bytes, options.limits.text_bytes)?;
             native_scene(&name, stem, &text, notation, folder, options)
         }
@@ -157,13 +166,17 @@ fn content(
 
 /// Refuses what only glTF files can be asked for.
 fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
-    let (what, wish) = match (&model.scene, &model.variant) {
-        (Some(scene), _) => ("scene", scene),
-        (None, Some(variant)) => ("variant", variant),
-        (None, None) => return Ok(()),
-    };
+    let wishes = [("scene", &model.scene), ("variant", &model.variant), ("animation", &model.animation)];
+    let Some((what, wish)) = wishes.into_iter().find_map(|(what, wish)| Some((what, wish.as_ref()?))) else { return Ok(()) };
     let message = format!("{name} has no {what}s to choose from, so none is `{wish}`");
     Err(Error::usage(message).with_hint(format!("only glTF and GLB files have {what}s")))
+}
+
+/// Refuses to turn what says itself where everything is.
+fn refuse_axis(name: &str, model: &ModelOptions) -> Result<(), Error> {
+    let Some(up) = model.up else { return Ok(()) };
+    let message = format!("{name}: only models are turned, so {} is not made its up axis", up.name());
+    Err(Error::usage(message).with_hint("a camera is turned by three numbers, such as --up 0,0,1"))
 }
 
 /// A model becomes a whole scene.
@@ -183,20 +196,25 @@ fn model(
     }
     folder.note(&bytes);
     note_overrides(folder, &options.overrides);
-    for (kind, wish) in [("scene", &options.model.scene), ("variant", &options.model.variant)] {
+    let ModelOptions { scene, variant, animation, up } = &options.model;
+    let axis = up.map(|up| up.name().to_owned());
+    for (kind, wish) in [("scene", scene), ("variant", variant), ("animation", animation), ("up", &axis)] {
         wish.iter().for_each(|wish| [kind, wish].iter().for_each(|text| folder.note(text.as_bytes())));
     }
     if !format.has_choices() {
         refuse_choice(&name, &options.model)?;
     }
-    let ModelOptions { scene, variant } = &options.model;
-    let choice = Choice { scene: scene.as_deref(), variant: variant.as_deref(), time: options.overrides.at };
+    let time = options.overrides.at.or(animation.as_ref().map(|_| 0.0));
+    let choice = Choice { scene: scene.as_deref(), variant: variant.as_deref(), animation: animation.as_deref(), time };
     let Model { mut scene, mut warnings, contents } =
         model_file::load(format, path, &bytes, (folder, &options.limits), &choice, observer)?;
     within_limits(&name, &scene, &options.limits)?;
+    let own = if format == Format::Stl { UpAxis::Z } else { UpAxis::Y };
+    turn(&mut scene, up.unwrap_or(own));
+    let assumed_up = (up.is_none() && own != UpAxis::Y).then_some(own);
     let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits, &mut warnings)?;
     let source = SourceInfo::new(name, stem, format, None);
-    Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents, added_sky })
+    Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents, added_sky, assumed_up })
 }
 
 fn native_scene(
@@ -218,7 +236,16 @@ fn native_scene(
     let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits, &mut warnings)?;
     let source = SourceInfo::new(name, stem, format, Some(text.into()));
     let contents = Contents::default();
-    Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents, added_sky })
+    Ok(Loaded {
+        scene,
+        warnings,
+        hash: folder.take_hash(),
+        source,
+        inputs: folder.inputs(),
+        contents,
+        added_sky,
+        assumed_up: None,
+    })
 }
 
 /// Refuses scenes of more objects or triangles than the limits allow, before anything is made of them.

@@ -27,7 +27,7 @@ pub(crate) fn read(
     if !format.has_choices() && *model != ModelPart::default() {
         return Err(Error::input(file.display(), format!("{} has no scenes and no time", format.file())));
     }
-    let choice = Choice { scene: model.scene.as_deref(), variant: None, time: model.time };
+    let choice = Choice { scene: model.scene.as_deref(), variant: None, animation: None, time: model.time };
     let model = model_file::load(format, file, bytes, (folder, limits), &choice, &())?;
     Ok((merged(&model.scene), model.warnings))
 }

@@ -201,6 +201,52 @@ fn the_library_completes_what_the_program_completes() {
     }
 }
 
+/// Protects: a model whose own up is z stands upright from every side, on the studio's ground: an STL by default, others where that is asked for.
+/// It looks as one that was written with y up; and a camera can still be turned alone, but not where views choose their own.
+#[test]
+fn models_stand_upright() {
+    // A wedge, which looks another way from each side.
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
+    let facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    let obj = |turned: bool| {
+        let place = |[x, y, z]: [f64; 3]| if turned { [x, z, -y] } else { [x, y, z] };
+        let vertices = corners.map(|corner| place(corner).map(|x| x.to_string()).join(" "));
+        let faces = facets.map(|facet| facet.map(|i| (i + 1).to_string()).join(" "));
+        vertices.map(|vertex| format!("v {vertex}\n")).concat() + &faces.map(|face| format!("f {face}\n")).concat()
+    };
+    let facet = |facet: [usize; 3]| {
+        let corners = facet.map(|i| format!("vertex {}\n", corners[i].map(|x: f64| x.to_string()).join(" ")));
+        format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", corners.concat())
+    };
+    let desk = Desk::new();
+    desk.write("y.obj", &obj(true));
+    desk.write("z.obj", &obj(false));
+    desk.write("z.stl", &format!("solid s\n{}endsolid\n", facets.map(facet).concat()));
+    let render = ["--size", "24x24", "--spp", "16", "--views", "front,left,top,iso", "-o", "%d.exr"];
+    let pictures = |args: &[&str]| {
+        let run = desk.run(&[&["render"], args, &render[..]].concat());
+        run.exits_with(0);
+        let views = (0..4).map(|i| desk.picture(&format!("{i}.exr")).rgb);
+        (views.collect::<Vec<_>>(), run.stderr)
+    };
+    let (upright, _) = pictures(&["y.obj"]);
+    let (printed, told) = pictures(&["z.stl"]);
+    assert!(told.contains("STL does not say what is up: z is taken, --up y takes y"), "{told}");
+    let (lying, _) = pictures(&["z.stl", "--up", "y"]);
+    let far = |a: &[Vec<[f32; 3]>], b: &[Vec<[f32; 3]>]| {
+        let pairs = a.iter().flatten().flatten().zip(b.iter().flatten().flatten());
+        pairs.map(|(a, b)| (a - b).abs()).sum::<f32>() / (4 * 24 * 24 * 3) as f32
+    };
+    for (what, other) in [("STL", &printed), ("OBJ", &pictures(&["z.obj", "--up", "z"]).0)] {
+        assert!(far(&upright, other) < 1e-3, "{what}: {}", far(&upright, other));
+    }
+    assert!(far(&upright, &lying) > 0.01);
+    let refused = desk.run(&["render", "z.obj", "--up", "0,0,1", "--view", "front"]);
+    refused.exits_with(2).says_like("turn a model instead: --up z");
+    desk.run(&["render", "preset:whitted", "--up", "z"]).exits_with(2).says_like("only models are turned");
+    desk.run(&["render", "z.obj", "--up", "w"]).exits_with(2).says_like("expected an axis of the model");
+}
+
 /// A square of two triangles, in three formats.
 fn square() -> [(&'static str, &'static str); 3] {
     let stl = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
@@ -214,7 +260,7 @@ fn square() -> [(&'static str, &'static str); 3] {
 #[test]
 fn formats_and_pipes() {
     let desk = Desk::new();
-    let render = ["render", "--size", "16x12", "--spp", "4", "-q", "-o", "a.exr"];
+    let render = ["render", "--up", "y", "--size", "16x12", "--spp", "4", "-q", "-o", "a.exr"];
     let mut pictures = Vec::new();
     for (name, text) in square() {
         desk.write(name, text);

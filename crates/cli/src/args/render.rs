@@ -116,17 +116,17 @@ pub struct ViewArgs {
     /// on the +z side, 90,0 the right) [default: the scene's camera; without one slightly above and to the side, flat things and open
     /// rooms from their front]
     #[arg(long, value_name = "VIEW|AZ,EL", value_parser = values::view, allow_hyphen_values = true,
-        conflicts_with_all = ["camera", "eye", "target", "up"])]
+        conflicts_with_all = ["camera", "eye", "target"])]
     pub view: Option<View>,
 
     /// One picture from each of these views, separated by commas; named SCENE-VIEW.png, or numbered where %04d is in the name
     #[arg(long, value_name = "LIST", value_parser = values::views, allow_hyphen_values = true,
-        conflicts_with_all = ["view", "camera", "eye", "target", "up", "turntable", "frames"])]
+        conflicts_with_all = ["view", "camera", "eye", "target", "turntable", "frames"])]
     pub views: Option<Views>,
 
     /// N pictures once around the whole scene, from the height of the view in force
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=3600),
-        conflicts_with_all = ["camera", "eye", "target", "up", "frames"])]
+        conflicts_with_all = ["camera", "eye", "target", "frames"])]
     pub turntable: Option<u32>,
 
     /// One picture for each moment from A up to, but not at, B seconds, so many a second, such as 0..2:25; each is that of --at
@@ -145,8 +145,8 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = values::triple, allow_hyphen_values = true)]
     pub target: Option<[f64; 3]>,
 
-    /// Direction that is up in the picture
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::triple, allow_hyphen_values = true)]
+    /// The direction that `--up X,Y,Z` makes the camera's.
+    #[arg(skip)]
     pub up: Option<[f64; 3]>,
 
     /// Vertical field of view in degrees; a scene that is shown whole stays whole

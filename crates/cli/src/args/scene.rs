@@ -30,6 +30,15 @@ pub struct SceneArgs {
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
 
+    /// Animation of a glTF file that is shown, by name, by index from 0, or all of them together [default: all]
+    #[arg(long, value_name = "NAME|INDEX|all")]
+    pub animation: Option<String>,
+
+    /// What is up: an axis of a model (y, z, x, -y, -z, -x), which turns it under studio, views and films; or a direction X,Y,Z, which turns the
+    /// camera alone [default: y; of STL z]
+    #[arg(long, value_name = "AXIS|X,Y,Z", value_parser = values::up, allow_hyphen_values = true)]
+    pub up: Option<values::Up>,
+
     /// Environment in place of the scene's own: none, default (the neutral grey sky of scenes without light), or an equirectangular
     /// picture (.hdr, .exr, .png, .jpg)
     #[arg(long, value_name = "none|default|FILE", value_parser = values::environment())]

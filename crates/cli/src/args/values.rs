@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use raywright_io::{EnvironmentSource, GroundRule, parse_colour};
+use raywright_io::{EnvironmentSource, GroundRule, UpAxis, parse_colour};
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -112,6 +112,24 @@ pub fn triple(text: &str) -> Result<[f64; 3], String> {
     match list::<f64, 3>(text) {
         Some(triple) if triple.iter().all(|v| v.is_finite()) => Ok(triple),
         _ => Err("expected three numbers x,y,z without spaces, such as 0,1.5,-2".to_owned()),
+    }
+}
+
+/// What is up: an axis of a model or a direction of the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Up {
+    /// A model is turned until it is.
+    Axis(UpAxis),
+    /// The camera is turned.
+    Direction([f64; 3]),
+}
+
+/// An axis or three numbers.
+pub fn up(text: &str) -> Result<Up, String> {
+    match (text.parse::<UpAxis>(), triple(text)) {
+        (Ok(axis), _) => Ok(Up::Axis(axis)),
+        (_, Ok(direction)) => Ok(Up::Direction(direction)),
+        _ => Err("expected an axis of the model (y, z, x, -y, -z, -x) or a direction x,y,z, such as 0,0,1".to_owned()),
     }
 }
 

@@ -18,6 +18,7 @@ use raywright_core::settings::{Aov, Background, Crop, Sampling};
 use raywright_io::output::AnimationFormat;
 use raywright_io::{Environment, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions, Overrides};
 
+use crate::args::values::Up;
 use crate::args::{Accelerator, DisplayArgs, LightArgs, MOST_SAMPLES, ProgressStyle, RenderArgs, SceneArgs, Share, ViewArgs};
 use crate::console::Verbosity;
 use crate::failure::Failure;
@@ -110,6 +111,7 @@ impl Task {
             film,
             report,
         } = args;
+        let view = with_up(view, changes.up)?;
         let shots = shots::shots(&view);
         let is_usual = shots.iter().all(|shot| shot.label.is_empty());
         let is_animation = |path: &PathBuf| AnimationFormat::of(path).is_some();
@@ -231,7 +233,15 @@ pub fn limits(memory: Option<u64>) -> Limits {
 pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
     LoadOptions {
         overrides: Overrides { at: changes.at, set: changes.set.clone() },
-        model: ModelOptions { scene: changes.model_scene.clone(), variant: changes.variant.clone() },
+        model: ModelOptions {
+            scene: changes.model_scene.clone(),
+            variant: changes.variant.clone(),
+            animation: changes.animation.clone().filter(|name| name != "all"),
+            up: match changes.up {
+                Some(Up::Axis(axis)) => Some(axis),
+                Some(Up::Direction(_)) | None => None,
+            },
+        },
         environment: Environment {
             source: if changes.studio { Some(EnvironmentSource::Studio) } else { changes.env.clone() },
             ground: changes.ground,
@@ -241,6 +251,17 @@ pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
         allow_outside: changes.allow_outside,
         limits: limits(memory),
     }
+}
+
+/// The view with the direction that is up in it. Views of the whole scene choose their own.
+fn with_up(view: ViewArgs, up: Option<Up>) -> Result<ViewArgs, Failure> {
+    let Some(Up::Direction(direction)) = up else { return Ok(view) };
+    let several = [("--view", view.view.is_some()), ("--views", view.views.is_some()), ("--turntable", view.turntable.is_some())];
+    if let Some((flag, _)) = several.iter().find(|(_, given)| *given) {
+        let error = Error::usage(format_args!("{flag} shows the whole scene upright, and --up X,Y,Z turns one camera"));
+        return Err(error.with_hint("turn a model instead: --up z, or another axis").into());
+    }
+    Ok(ViewArgs { up: Some(direction), ..view })
 }
 
 /// How a picture is shown: as its own scene or file says, where no flag says something else.

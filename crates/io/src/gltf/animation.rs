@@ -1,8 +1,8 @@
 //! Where animations put nodes at a time: keys of translations, rotations, scales and weights, and what lies between them (glTF 2.0,
 //! section 3.11 and appendix C).
 //!
-//! All of a file's animations are played together. Where two move one thing, the first in the file does: a file of a walk and a
-//! run shows the walk.
+//! All of a file's animations are played together, where none is chosen. Where two move one thing, the first in the file does: a file of a
+//! walk and a run shows the walk.
 
 use std::collections::HashMap;
 

@@ -17,6 +17,8 @@ pub(crate) struct Choice<'a> {
     pub scene: Option<&'a str>,
     /// Name of a variant of its materials.
     pub variant: Option<&'a str>,
+    /// Name or index of an animation; none: all together.
+    pub animation: Option<&'a str>,
     /// Seconds after the beginning of its animations.
     pub time: Option<f64>,
 }
@@ -89,6 +91,21 @@ pub(super) fn scene(document: &Document, wish: &str) -> Outcome<usize> {
     let by_name = names.iter().position(|name| !name.is_empty() && *name == wish);
     let by_index = || wish.parse::<usize>().ok().filter(|&index| index < names.len());
     by_name.or_else(by_index).ok_or_else(|| unknown("scene", wish, &names, true))
+}
+
+/// Leaves the channels of one animation alone: that of a name or, where no name fits, of an index.
+///
+/// # Errors
+/// A fault of kind choice that lists the animations.
+pub(super) fn play(document: &mut Document, wish: &str) -> Outcome<()> {
+    let names: Vec<&str> = document.animations.iter().map(|animation| animation.name.as_deref().unwrap_or_default()).collect();
+    let by_name = names.iter().position(|name| !name.is_empty() && *name == wish);
+    let by_index = || wish.parse::<usize>().ok().filter(|&index| index < names.len());
+    let chosen = by_name.or_else(by_index).ok_or_else(|| unknown("animation", wish, &names, true))?;
+    // Messages count all of them.
+    let others = document.animations.iter_mut().enumerate().filter(|(index, _)| *index != chosen);
+    others.for_each(|(_, animation)| animation.channels.clear());
+    Ok(())
 }
 
 /// The variant of a name.

@@ -69,7 +69,7 @@ pub(crate) struct Model {
 ///
 /// # Errors
 /// An error of kind input when the file or a buffer is wrong or needs what is not supported, of kind limit when it asks for
-/// more than `limits`, of kind usage for a scene or variant that it has not. A texture that can't be had is only a warning.
+/// more than `limits`, of kind usage for a scene, variant or animation that it has not. A texture that can't be had is only a warning.
 pub(crate) fn load(
     file: &Path,
     bytes: &[u8],
@@ -105,6 +105,7 @@ impl Source<'_> {
         let mut document = document::parse(json, limits, &mut warnings)?;
         let scene = choice.scene.map(|wish| choose::scene(&document, wish)).transpose()?;
         let variant = choice.variant.map(|wish| choose::variant(&document, wish)).transpose()?;
+        choice.animation.map(|wish| choose::play(&mut document, wish)).transpose()?;
         // Images that nothing visible uses are not read, and are the user's all the same.
         document.images.iter().filter_map(|image| image.uri.as_ref()).for_each(|uri| uri::name(folder, uri));
         let mut buffers = Buffers::load(&document, binary, folder, &mut budget)?;
@@ -114,6 +115,7 @@ impl Source<'_> {
         let moved = choice.time.map(|time| pointer::at(time, json, &keyed, limits, &mut budget, &mut warnings)).transpose()?;
         if let Some(moved) = moved.flatten() {
             document = moved;
+            choice.animation.map(|wish| choose::play(&mut document, wish)).transpose()?;
         }
         let reader = Reader { document: &document, buffers, memory_bytes, invented: MOST_INVENTED.into() };
         let import = Import {

@@ -4,9 +4,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::rc::Rc;
 
-use glam::{DAffine3, DVec3};
 use raywright_core::affine;
-use raywright_core::scene::{Fields, Light, LightKind, MeshSource, Model, ModelFile, Object, Scene, Shape};
+use raywright_core::scene::{Fields, Light, MeshSource, Model, ModelFile, Object, Scene, Shape};
 use raywright_core::suggest::closest;
 use raywright_core::validate::FARTHEST;
 
@@ -19,6 +18,7 @@ use crate::import::{MODELS, Names, shown};
 use crate::limits::Limits;
 use crate::model_file;
 use crate::source::Format;
+use crate::up::moved;
 
 /// What is read once: a file, with the scene, variant and time that are meant of it.
 type Key = (String, Option<String>, Option<String>, Option<u64>);
@@ -115,7 +115,7 @@ fn load(
         let message = format!("{} has no scenes, no variants and no time", format.file());
         return Err(parsed.error(ErrorKind::Input, &at(key), message));
     }
-    let choice = Choice { scene: model.scene.as_deref(), variant: model.variant.as_deref(), time: model.time };
+    let choice = Choice { scene: model.scene.as_deref(), variant: model.variant.as_deref(), animation: None, time: model.time };
     let loaded = model_file::load(format, file, &bytes, (&folder, &limits), &choice, &());
     outer.note(folder.take_hash().to_string().as_bytes());
     loaded.map(|loaded| (loaded.scene, loaded.warnings)).map_err(|error| match error.kind() {
@@ -199,22 +199,6 @@ fn place(parsed: &mut Parsed<'_>, part: &Part, model: &ModelFile, index: usize) 
     }
     parsed.scene.lights.extend(part.lights.iter().map(|light| moved(light, &map)));
     Ok(())
-}
-
-/// A light where a transform puts it. What it gives stays, as in glTF, where no node changes it.
-fn moved(light: &Light, map: &DAffine3) -> Light {
-    let mut light = light.clone();
-    let point = |p: &mut [f64; 3]| *p = map.transform_point3(DVec3::from(*p)).to_array();
-    let way = |d: &mut [f64; 3]| *d = map.transform_vector3(DVec3::from(*d)).normalize_or(DVec3::from(*d)).to_array();
-    match &mut light.kind {
-        LightKind::Directional { to_light } => way(to_light),
-        LightKind::Point { position, .. } => point(position),
-        LightKind::Spot { position, direction, .. } => {
-            point(position);
-            way(direction);
-        }
-    }
-    light
 }
 
 /// The fault of a file that could not be read.

@@ -1,7 +1,7 @@
 //! Vertices that move: morph targets, skins and instances of the graphics processor, against places worked out by hand.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use raywright_io::{ErrorKind, Loaded};
+use raywright_io::{Error, ErrorKind, Input, LoadOptions, Loaded, ModelOptions, Overrides, load};
 use serde_json::{Value, json};
 
 use crate::keyed::{Made, asked};
@@ -311,6 +311,29 @@ fn what_is_listed_again_and_again_is_shown_once() {
         d["nodes"][0]["children"] = json!([1, 1, 1]);
     });
     assert_eq!(shown(&lit, None).scene.lights.len(), 1);
+}
+
+/// Protects: each animation of a file is shown by its name or index, from its beginning where no moment is asked for; without a choice they are
+/// together, the first first; and one that is not there is an error that lists them.
+#[test]
+fn animations_are_chosen() {
+    let Some(folder) = assets("gltf") else { return };
+    let file = Input::Path(folder.join("Fox/Fox.glb"));
+    let corners = |animation: Option<&str>, at: Option<f64>| {
+        let model = ModelOptions { animation: animation.map(str::to_owned), ..ModelOptions::default() };
+        let overrides = Overrides { at, set: Vec::new() };
+        let loaded = load(&file, &LoadOptions { overrides, model, ..LoadOptions::default() })?;
+        let triangles = loaded.scene.objects.iter().flat_map(|object| world_triangles(&loaded, object).0);
+        Ok::<_, Error>(triangles.flatten().collect::<Vec<DVec3>>())
+    };
+    let at = |animation, time| corners(animation, Some(time)).expect("a moment");
+    let [survey, walk, run] = [Some("Survey"), Some("Walk"), Some("Run")].map(|name| at(name, 0.3));
+    assert!(survey != walk && walk != run && run != survey);
+    assert_eq!((at(None, 0.3), at(Some("1"), 0.3), at(Some("2"), 0.3)), (survey, walk, run));
+    assert_eq!(corners(Some("Run"), None).expect("its beginning"), at(Some("Run"), 0.0));
+    let error = corners(Some("Runn"), None).expect_err("none of that name");
+    assert_eq!(error.kind(), ErrorKind::Usage);
+    assert!(error.to_string().contains("did you mean `Run`? Its animations: 0 `Survey`, 1 `Walk`, 2 `Run`"), "{error}");
 }
 
 /// Protects: real rigs stand and walk where another program's skinning (in double precision, by matrices) has them: the least and

@@ -111,7 +111,7 @@ impl Made {
 
 /// Loads what is meant of a file.
 pub fn asked(path: PathBuf, scene: Option<&str>, variant: Option<&str>, at: Option<f64>) -> Result<Loaded, Error> {
-    let model = ModelOptions { scene: scene.map(str::to_owned), variant: variant.map(str::to_owned) };
+    let model = ModelOptions { scene: scene.map(str::to_owned), variant: variant.map(str::to_owned), ..ModelOptions::default() };
     let overrides = Overrides { at, set: Vec::new() };
     raywright_io::load(&Input::Path(path), &LoadOptions { overrides, model, ..LoadOptions::default() })
 }

@@ -12,6 +12,7 @@ use raywright_core::Settings;
 use raywright_core::accuracy::{Effort, Listener, MeasureError, Start, measure};
 use raywright_io::{EnvironmentSource, Error, GroundRule, output};
 
+use crate::args::values::Up;
 use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
@@ -92,13 +93,30 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
 
 /// The flags that say what is measured, as `render` takes them.
 fn asked(args: &AccuracyArgs) -> Vec<String> {
-    let SceneArgs { at, set, model_scene, variant, env, studio, ground, env_rotation, env_strength, allow_outside } =
-        &args.changes;
+    let SceneArgs {
+        at,
+        set,
+        model_scene,
+        variant,
+        animation,
+        up,
+        env,
+        studio,
+        ground,
+        env_rotation,
+        env_strength,
+        allow_outside,
+    } = &args.changes;
     let integrator = args.integrator.map(|integrator| format!("--integrator {}", origin::name(&integrator)));
     let mut flags: Vec<String> = integrator.into_iter().chain(at.map(|t| format!("--at {t}"))).collect();
     flags.extend(set.iter().map(|(name, value)| format!("--set {name}={value}")));
     flags.extend(model_scene.iter().map(|name| format!("--scene {}", quoted(name))));
     flags.extend(variant.iter().map(|name| format!("--variant {}", quoted(name))));
+    flags.extend(animation.iter().map(|name| format!("--animation {}", quoted(name))));
+    flags.extend(up.map(|up| match up {
+        Up::Axis(axis) => format!("--up {}", axis.name()),
+        Up::Direction([x, y, z]) => format!("--up {x},{y},{z}"),
+    }));
     flags.extend(env.iter().map(|source| match source {
         EnvironmentSource::None => "--env none".to_owned(),
         EnvironmentSource::Default => "--env default".to_owned(),
