@@ -32,6 +32,7 @@ mod scatter;
 mod scene_input;
 mod stats;
 mod suggest;
+mod synonyms;
 mod table;
 mod targets;
 mod threads;
@@ -73,7 +74,10 @@ fn run() -> Result<(), Failure> {
             console::set_colour(arguments.messages.color);
             commands::run(arguments.command, arguments.messages.verbosity())
         }
-        Err(error) if error.use_stderr() => Err(Failure { exit: Exit::Usage, message: error.render().to_string() }),
+        Err(error) if error.use_stderr() => {
+            let message = synonyms::explained(&error).unwrap_or_else(|| error.render().to_string());
+            Err(Failure { exit: Exit::Usage, message })
+        }
         Err(help) => console::print(help.render().to_string()),
     }
 }

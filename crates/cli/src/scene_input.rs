@@ -106,6 +106,13 @@ fn explained(error: Error, input: &Input) -> Error {
     if path.exists() {
         return error;
     }
+    let text = path.to_string_lossy();
+    if text.contains("://") {
+        return error.with_hint("addresses are not fetched: download the file first, such as by `curl -LO ADDRESS`");
+    }
+    if text.contains(['*', '?']) {
+        return error.with_hint("no file fits that pattern, so that it came here as it is");
+    }
     if is_preset(path) {
         return error.with_hint(format!("the built-in scene of that name is `preset:{}`", path.display()));
     }

@@ -114,7 +114,8 @@ impl Silhouette {
         let open = if outward < 0.0 { sum.length() > ROOM * area } else { sum.length() > RELIEF * area };
         let level = sum.x.hypot(sum.z);
         match open {
-            true if level > sum.y.abs() => {
+            // Stairs face up as much as forward, and roundings must not decide which of the two counts.
+            true if level > (1.0 + 1e-6) * sum.y.abs() => {
                 let azimuth = libm::atan2(sum.x, sum.z).to_degrees();
                 let straight = 90.0 * (azimuth / 90.0).round();
                 View { azimuth: if (azimuth - straight).abs() < 20.0 { straight } else { azimuth }, elevation: 0.0 }

@@ -16,7 +16,7 @@ use crate::import::MODELS;
 use crate::inputs::Inputs;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
-use crate::source::{Format, SourceInfo};
+use crate::source::{Format, SourceInfo, foreign};
 use crate::up::{UpAxis, turn};
 use crate::{model_file, presets};
 
@@ -308,6 +308,9 @@ fn stem(path: &Path) -> String {
 /// What an input is written in.
 fn format_of(path: &Path, bytes: &[u8]) -> Result<Format, Error> {
     Format::of(path, bytes).ok_or_else(|| {
+        if let Some((format, remedy)) = foreign(path) {
+            return Error::input(path.display(), format!("{format} is not read")).with_hint(remedy);
+        }
         let message = if bytes.is_empty() { "is empty" } else { "cannot tell what kind of scene this is" };
         let hint = format!("scenes are read from .scene.toml and .scene.json files, models from {MODELS}");
         Error::input(path.display(), message).with_hint(hint)

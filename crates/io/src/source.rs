@@ -28,6 +28,39 @@ pub enum Format {
     Ply,
 }
 
+/// A format that is not read, by its ending: its name, and what makes of it one that is.
+pub(crate) fn foreign(path: &Path) -> Option<(&'static str, &'static str)> {
+    const BLENDER: &str = "Blender imports it and exports glTF: File, Export, glTF 2.0 (.glb)";
+    const FOREIGN: [(&[&str], &str, &str); 12] = [
+        (&["usd", "usda", "usdc", "usdz"], "USD", BLENDER),
+        (&["fbx"], "FBX", "Blender or FBX2glTF makes a .glb of it"),
+        (&["blend"], "a Blender file", "export it from Blender: File, Export, glTF 2.0 (.glb)"),
+        (&["dae"], "COLLADA", "Blender or COLLADA2GLTF makes a glTF file of it"),
+        (&["abc"], "Alembic", BLENDER),
+        (&["3ds", "x3d", "wrl", "x", "bvh"], "this format", BLENDER),
+        (&["step", "stp", "iges", "igs", "brep"], "a CAD body", "FreeCAD exports it as .glb or .stl"),
+        (&["3mf", "amf"], "this format of printers", "programs that slice it export .stl"),
+        (
+            &["max", "ma", "mb", "c4d", "skp", "hip", "3dm"],
+            "a file of a modelling program",
+            "export glTF (.glb) or OBJ from that program",
+        ),
+        (
+            &["pbrt", "xml", "pov"],
+            "a scene of another renderer",
+            "export its meshes as .ply or .obj, and see docs/scene-format.md for all else",
+        ),
+        (&["gz", "zip", "7z", "xz", "zst", "bz2", "tar", "tgz", "rar"], "an archive", "unpack it first"),
+        (
+            &["png", "jpg", "jpeg", "webp", "gif", "hdr", "exr"],
+            "a picture",
+            "pictures are told of by `raywright info`, and light scenes by --env",
+        ),
+    ];
+    let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
+    FOREIGN.iter().find(|(endings, ..)| endings.contains(&ending.as_str())).map(|&(_, format, remedy)| (format, remedy))
+}
+
 impl Format {
     /// The format of a model file with that name.
     pub(crate) fn of_model(file: &Path) -> Option<Self> {

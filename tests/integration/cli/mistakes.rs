@@ -58,8 +58,8 @@ fn wrong_use_is_explained() {
             "error: --crop 600,0,50,50 reaches outside the picture of 640x360 pixels\nhelp: --crop is x,y,width,height, counted from the top left",
         ),
         (
-            &["render", "preset:whitted", "-o", "picture.jpg"],
-            "error: cannot write picture.jpg: unknown picture format `.jpg`\nhelp: names end in `.png` (what a screen shows) or `.exr` (linear numbers)",
+            &["render", "preset:whitted", "-o", "picture.tif"],
+            "error: cannot write picture.tif: unknown picture format `.tif`\nhelp: names end in `.png`, `.jpg`, `.webp` (what a screen shows) or `.exr` (linear numbers)",
         ),
         (
             &["render", "preset:whitted", "-o", "a.png", "-o", "./a.png"],
@@ -92,6 +92,29 @@ fn files_out_of_reach_are_explained() {
     desk.run(&["render", "-o", "renders/a.png"])
         .exits_with(4)
         .says("error: cannot write renders/a.png: no such file or folder\nhelp: create the folder first: mkdir -p renders");
+}
+
+/// Protects: what other programs write is named, with what makes of it a model that is read; addresses, and patterns that no file fits, are told
+/// from names that are spelled wrong; and flags of other programs lead to ours.
+#[test]
+fn habits_from_elsewhere_are_understood() {
+    let desk = Desk::new();
+    let files = [
+        ("a.usdz", "error: a.usdz: USD is not read\nhelp: Blender imports it and exports glTF"),
+        ("a.fbx", "error: a.fbx: FBX is not read\nhelp: Blender or FBX2glTF makes a .glb of it"),
+        ("a.STEP", "error: a.STEP: a CAD body is not read\nhelp: FreeCAD exports it as .glb or .stl"),
+        ("a.blend", "error: a.blend: a Blender file is not read"),
+        ("a.glb.gz", "error: a.glb.gz: an archive is not read\nhelp: unpack it first"),
+    ];
+    for (name, message) in files {
+        desk.write(name, "some bytes");
+        desk.run(&[name]).exits_with(3).says_like(message);
+    }
+    desk.run(&["https://example.org/a.glb"]).exits_with(4).says_like("addresses are not fetched");
+    desk.run(&["models/*.obj"]).exits_with(4).says_like("no file fits that pattern");
+    desk.run(&["a.glb", "--samples", "4"])
+        .exits_with(2)
+        .says("error: there is no `--samples`\nhelp: samples a pixel are --spp N");
 }
 
 /// Protects: more than the machine may spend.

@@ -222,7 +222,7 @@ fn models_stand_upright() {
     desk.write("y.obj", &obj(true));
     desk.write("z.obj", &obj(false));
     desk.write("z.stl", &format!("solid s\n{}endsolid\n", facets.map(facet).concat()));
-    let render = ["--size", "24x24", "--spp", "16", "--views", "front,left,top,iso", "-o", "%d.exr"];
+    let render = ["-v", "--size", "24x24", "--spp", "16", "--views", "front,left,top,iso", "-o", "%d.exr"];
     let pictures = |args: &[&str]| {
         let run = desk.run(&[&["render"], args, &render[..]].concat());
         run.exits_with(0);

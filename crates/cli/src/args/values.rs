@@ -22,20 +22,26 @@ pub const MAX_EDGE: u32 = Settings::MOST_EDGE;
 
 /// A time from a second to a day: a number with `s`, `min` or `h`, seconds without.
 pub fn duration(text: &str) -> Result<Duration, String> {
-    const EXPECTED: &str = "expected a time from 1s to 24h, such as 90s or 5min";
-    let text = text.trim();
-    let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
-    let (amount, unit) = text.split_at(split);
-    let factor = match unit {
-        "" | "s" => 1.0,
-        "min" => 60.0,
-        "h" => 3600.0,
-        _ => return Err(EXPECTED.to_owned()),
-    };
-    match number(amount) {
-        Ok(amount) if (1.0..=86_400.0).contains(&(amount * factor)) => Ok(Duration::from_secs_f64(amount * factor)),
-        _ => Err(EXPECTED.to_owned()),
+    const EXPECTED: &str = "expected a time from 1s to 24h, such as 90s, 5min or 1h30min";
+    let (mut rest, mut seconds, mut unit_before) = (text.trim(), 0.0, f64::INFINITY);
+    while !rest.is_empty() {
+        let (amount, tail) = rest.split_at(rest.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(rest.len()));
+        let (unit, tail) = tail.split_at(tail.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(tail.len()));
+        let unit = match unit {
+            // An hour and a number may mean minutes or seconds.
+            "" if unit_before < f64::INFINITY => return Err(EXPECTED.to_owned()),
+            "" | "s" => 1.0,
+            "min" | "m" => 60.0,
+            "h" => 3600.0,
+            _ => return Err(EXPECTED.to_owned()),
+        };
+        match number(amount) {
+            Ok(amount) if amount >= 0.0 && unit < unit_before => seconds += amount * unit,
+            _ => return Err(EXPECTED.to_owned()),
+        }
+        (rest, unit_before) = (tail.trim_start(), unit);
     }
+    if (1.0..=86_400.0).contains(&seconds) { Ok(Duration::from_secs_f64(seconds)) } else { Err(EXPECTED.to_owned()) }
 }
 
 /// A share of a picture, `K/N` with 1 ≤ K ≤ N.
@@ -71,9 +77,11 @@ pub fn number(text: &str) -> Result<f64, String> {
 
 /// A root relMSE to be reached: half a millionth is all that 65536 samples of well-behaved noise can do.
 pub fn max_error(text: &str) -> Result<f64, String> {
-    match number(text)? {
-        value if (1e-6..=1.0).contains(&value) => Ok(value),
-        _ => Err("expected a root relMSE from 0.000001 to 1, such as 0.05".to_owned()),
+    let percent = text.trim().strip_suffix('%');
+    let value = percent.map_or_else(|| number(text), |percent| Ok(number(percent)? / 100.0))?;
+    match (1e-6..=1.0).contains(&value) {
+        true => Ok(value),
+        false => Err("expected a root relMSE from 0.000001 to 1, such as 0.05 or 5%".to_owned()),
     }
 }
 
@@ -292,10 +300,19 @@ mod tests {
     /// Protects: times are read in their units, and what is none, too short or too long is refused.
     #[test]
     fn times_have_units() {
-        for (text, seconds) in [("90", 90.0), ("90s", 90.0), ("1.5min", 90.0), ("2h", 7200.0), ("24h", 86_400.0), ("1", 1.0)] {
+        for (text, seconds) in [
+            ("90", 90.0),
+            ("90s", 90.0),
+            ("1.5min", 90.0),
+            ("2h", 7200.0),
+            ("24h", 86_400.0),
+            ("1", 1.0),
+            ("1h30m", 5400.0),
+            ("1h 5min 2.5s", 3902.5),
+        ] {
             assert_eq!(duration(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
         }
-        for text in ["", "s", "0.5", "25h", "-3s", "5m", "1e9", "NaN", "inf", "1 min x"] {
+        for text in ["", "s", "0.5", "25h", "-3s", "1h30", "30m1h", "1h-5m", "1e9", "NaN", "inf", "1 min x"] {
             assert!(duration(text).is_err(), "{text}");
         }
     }

@@ -55,13 +55,18 @@ pub fn unnamed(
     Ok(targets)
 }
 
-/// A name with a number in place of `%d` or `%04d`; none where it has no such place.
+/// A name with a number in place of `%d`, `%4d`, `%04d` or `####`, padded with zeros; none where it has no such place.
 fn with_number(name: &str, number: usize) -> Option<String> {
+    const MOST_DIGITS: usize = 20;
+    if let Some(start) = name.find("##") {
+        let width = name[start..].bytes().take_while(|&byte| byte == b'#').count();
+        return (width <= MOST_DIGITS).then(|| format!("{}{number:0width$}{}", &name[..start], &name[start + width..]));
+    }
     let (before, rest) = name.split_once('%')?;
     let (digits, after) = rest.split_once('d')?;
-    let width =
-        if digits.is_empty() { 0 } else { digits.strip_prefix('0')?.parse().ok().filter(|&width: &usize| width <= 20)? };
-    Some(format!("{before}{number:0width$}{after}"))
+    let is_width = digits.bytes().all(|byte| byte.is_ascii_digit());
+    let width = if digits.is_empty() { Some(0) } else { digits.parse().ok().filter(|_| is_width) };
+    width.filter(|&width| width <= MOST_DIGITS).map(|width| format!("{before}{number:0width$}{after}"))
 }
 
 #[cfg(test)]
@@ -74,7 +79,9 @@ mod tests {
         assert_eq!(with_number("a-%04d.png", 7).as_deref(), Some("a-0007.png"));
         assert_eq!(with_number("%d/%d.png", 12).as_deref(), Some("12/%d.png"));
         assert_eq!(with_number("a%03dx.exr", 12345).as_deref(), Some("a12345x.exr"));
-        for name in ["a.png", "100%.png", "a%4d.png", "a%0xd.png", "a%099d.png"] {
+        assert_eq!(with_number("a%5d.png", 12).as_deref(), Some("a00012.png"));
+        assert_eq!(with_number("a-####.png", 12).as_deref(), Some("a-0012.png"));
+        for name in ["a.png", "a#.png", "100%.png", "a%+4d.png", "a%0xd.png", "a%099d.png", &"#".repeat(30)] {
             assert_eq!(with_number(name, 1), None, "{name}");
         }
     }
