@@ -66,6 +66,7 @@ pub use raywright_bvh as bvh;
 pub use raywright_cli as cli;
 pub use raywright_core as core;
 pub use raywright_core::stability;
+pub use raywright_core::stress;
 pub use raywright_io as io;
 
 /// What most programs need to load, render and write.

@@ -195,6 +195,19 @@ impl<R: Real> Camera<R> {
         }
     }
 
+    /// Where a point is in the picture, in pixels from its top left corner, also outside of it; none behind the eye. A lens sees it about there,
+    /// and a camera that moves as the shutter opens.
+    pub fn pixel_of(&self, point: DVec3) -> Option<[f64; 2]> {
+        let [eye, right, up, forward] = [self.eye, self.right, self.up, self.forward].map(Vector::to_f64);
+        let way = point - eye;
+        let depth = way.dot(forward) / forward.length_squared();
+        let scale = if matches!(self.kind, Kind::Orthographic) { 1.0 } else { depth };
+        let on_film = |axis: DVec3| way.dot(axis) / (scale * axis.length_squared());
+        let [width, height] = self.pixel.map(Real::to_f64);
+        let pixel = [self.half[0].to_f64() + on_film(right) / width, self.half[1].to_f64() - on_film(up) / height];
+        (depth > 0.0 && pixel.iter().all(|x| x.is_finite())).then_some(pixel)
+    }
+
     /// Whether rays need a point on a lens.
     pub fn has_lens(&self) -> bool {
         matches!(self.kind, Kind::ThinLens { .. })

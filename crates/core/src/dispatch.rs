@@ -15,6 +15,7 @@ use crate::prepare::{self, ClosedGap, LightLeak, PrepareError, Prepared, ShutAwa
 use crate::render::{Rendered, render};
 use crate::scene::{Camera, Integrator, MeshSource, Scene};
 use crate::settings::{PrecisionChoice, Settings};
+use crate::stress::{AimedRays, Deadline, EdgeAim, RaySurvey, SceneFacts, survey};
 use crate::validate::Problem;
 
 /// A scene prepared for one set of settings, ready to render.
@@ -271,6 +272,16 @@ impl Ready {
     /// what they light.
     pub fn light_leaks(&self) -> Vec<LightLeak> {
         each!(&self.inner, p => p.light_leaks(self.settings.size))
+    }
+
+    /// What rays through the picture see of a scene's faults.
+    pub(crate) fn survey(&self, facts: &SceneFacts<'_>, seed: u64, deadline: &Deadline<'_>) -> RaySurvey {
+        each!(&self.inner, p => survey(p, facts, self.settings.size, seed, deadline))
+    }
+
+    /// What becomes of rays that are aimed at edges of its meshes.
+    pub(crate) fn aim_at_edges(&self, aim: &EdgeAim<'_>, seed: u64, deadline: &Deadline<'_>) -> AimedRays {
+        each!(&self.inner, p => aim.send(p, seed, deadline))
     }
 
     /// What is held in memory.

@@ -95,6 +95,7 @@ pub mod scene;
 pub mod settings;
 mod shape;
 pub mod stability;
+pub mod stress;
 mod studio;
 pub mod suggest;
 mod texture;

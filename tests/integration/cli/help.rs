@@ -54,7 +54,7 @@ fn help_is_wrapped_by_the_width_of_the_terminal() {
     }
 }
 
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 14] = [
     "render",
     "merge",
     "explain",
@@ -64,6 +64,7 @@ const COMMANDS: [&str; 13] = [
     "accuracy",
     "bench",
     "stability",
+    "stress",
     "presets",
     "schema",
     "completions",

@@ -137,6 +137,10 @@ fn layouts_are_those_of_the_page() {
     let desk = Desk::new();
     desk.write("good.scene.toml", GOOD);
     desk.write("lamp.scene.toml", LAMP);
+    desk.write(
+        "twice.scene.toml",
+        LAMP.replace("objects = [", "objects = [{ shape.sphere = { centre = [0, 2, 0], radius = 0.5 }, material = \"m\" }, "),
+    );
     desk.write("model.gltf", super::models::model());
     let words = |line: &str| desk.run(&line.split(' ').collect::<Vec<_>>());
     words("render lamp.scene.toml --denoise --aov stderr -q -o a.exr --stats s.json").exits_with(0);
@@ -169,6 +173,7 @@ fn layouts_are_those_of_the_page() {
                 "bench good.scene.toml --repeats 1 --seconds 0.01 --json -q",
             ],
         ),
+        ("stress --json", &["stress twice.scene.toml --json -q"]),
         ("accuracy --json", &["accuracy lamp.scene.toml --budget 3min --size 12x9 --rounds 2 --json -q"]),
         ("compare --json", &["compare a.exr b.exr --json", "compare a.exr b.exr --noise --json", "compare c.exr c.exr --json"]),
     ] {

@@ -24,3 +24,4 @@ mod reports;
 mod scenes;
 mod series;
 mod stability;
+mod stress;

@@ -12,6 +12,7 @@ mod pictures;
 mod render;
 mod scene;
 mod stability;
+mod stress;
 
 pub use accuracy::AccuracyArgs;
 pub use bench::BenchArgs;
@@ -22,6 +23,7 @@ pub use pictures::{Frames, MOST_SAMPLES, Share, Views};
 pub use render::{Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 pub use stability::StabilityArgs;
+pub use stress::{DeniedSeverity, StressArgs};
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
@@ -125,6 +127,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Measure the hard cases of numerics on this machine, and how far each is from its bound
     Stability(StabilityArgs),
+    /// Find what of a scene makes its picture wrong or noisy: place, reason and remedy
+    Stress(Box<StressArgs>),
     /// List the built-in scenes, or print one of them
     Presets(PresetsArgs),
     /// Print the JSON Schema of the scene format

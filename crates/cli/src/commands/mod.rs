@@ -13,6 +13,7 @@ mod merge;
 mod presets;
 mod render;
 mod stability;
+mod stress;
 
 use crate::args::Command;
 use crate::console::{self, Verbosity};
@@ -47,6 +48,7 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
         Command::Accuracy(args) => accuracy::run(&args, verbosity),
         Command::Bench(args) => bench::run(&args, verbosity),
         Command::Stability(args) => stability::run(&args, verbosity),
+        Command::Stress(args) => stress::run(&args, verbosity),
         Command::Presets(args) => presets::run(&args),
         Command::Schema => console::print(raywright_core::scene::SCHEMA),
         Command::Completions(args) => completions::run(&args),

@@ -10,7 +10,7 @@ use crate::prepare::{Prepared, Spawn};
 
 /// Distances from which on hits count.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LeastDistances<R> {
+pub(crate) struct LeastDistances<R> {
     /// Of rays of the camera.
     pub camera: R,
     /// Of all others but those to lights.
@@ -19,7 +19,7 @@ pub(super) struct LeastDistances<R> {
 
 impl<R: Real> Prepared<R> {
     /// From what distances on hits of rays count under the scene's rule.
-    pub(super) fn least_distances(&self) -> LeastDistances<R> {
+    pub(crate) fn least_distances(&self) -> LeastDistances<R> {
         match self.rules.spawn {
             Spawn::ErrorBound => LeastDistances { camera: R::ZERO, secondary: R::ZERO },
             Spawn::Constant { camera_min, secondary_min, .. } => LeastDistances { camera: camera_min, secondary: secondary_min },
@@ -29,7 +29,7 @@ impl<R: Real> Prepared<R> {
     /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the offset is constant: 1 for
     /// the side that the ray came from, −1 for the other.
     #[inline(always)]
-    pub(super) fn spawn(&self, at: &Interaction<R>, direction: R::Vec3, side: R) -> Ray<R> {
+    pub(crate) fn spawn(&self, at: &Interaction<R>, direction: R::Vec3, side: R) -> Ray<R> {
         let origin = match self.rules.spawn {
             Spawn::ErrorBound => at.surface.spawn(direction),
             Spawn::Constant { offset, along_ray: true, .. } => at.surface.point + direction * offset,

@@ -52,7 +52,7 @@ fn loss(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> Option<Loss
 }
 
 /// What the stored scalar makes of a number.
-pub(super) fn rounded<R: Real>(x: f64) -> f64 {
+pub(crate) fn rounded<R: Real>(x: f64) -> f64 {
     R::from_f64(x).to_f64()
 }
 

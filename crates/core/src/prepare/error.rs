@@ -72,6 +72,6 @@ pub enum PrepareError {
 }
 
 /// Asks the observer whether preparation should end here.
-pub(super) fn go_on(observer: &dyn Observer) -> Result<(), PrepareError> {
+pub(crate) fn go_on(observer: &dyn Observer) -> Result<(), PrepareError> {
     if observer.cancelled() { Err(PrepareError::Cancelled) } else { Ok(()) }
 }

@@ -29,9 +29,9 @@ use crate::origin::{StorageOrigin, camera_about, light_about};
 use crate::scene::{self, Integrator, Scene, ShadowRule, Sky, Studio};
 use crate::settings::{AreaShadows, Background, LightSampling, Microfacets, Settings};
 
-pub(crate) use collapse::collapsed;
+pub(crate) use collapse::{collapsed, rounded};
 pub use error::PrepareError;
-use error::go_on;
+pub(crate) use error::go_on;
 pub(crate) use estimate::estimate;
 pub use gap::ClosedGap;
 use geometry::GeometryNeeds;

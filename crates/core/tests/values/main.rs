@@ -39,6 +39,7 @@ mod shadows;
 mod shut_away;
 mod skies;
 mod sky_light;
+mod stress;
 mod support;
 mod terminators;
 mod textures;

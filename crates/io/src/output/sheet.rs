@@ -112,7 +112,7 @@ impl Sheet {
 }
 
 /// Codes of a picture, over the colour of the sheet where it is transparent.
-fn over_paper(picture: &Picture, display: Display) -> RgbImage {
+pub(super) fn over_paper(picture: &Picture, display: Display) -> RgbImage {
     let codes = display.to_codes(picture);
     let (width, height) = (picture.width, picture.height);
     let empty = || RgbImage::from_pixel(width, height, Rgb(PAPER));
@@ -132,15 +132,24 @@ const FONT: RasterHeight = RasterHeight::Size16;
 
 /// Writes a line in the middle of so many pixels; the middle of one that is too long is left out, since names differ at both ends.
 fn write_line(sheet: &mut RgbImage, [left, top]: [u32; 2], width: u32, text: &str) {
-    let advance = get_raster_width(FontWeight::Regular, FONT) as u32;
-    let line = shortened(text, (width / advance) as usize);
-    let start = left + width.saturating_sub(line.len() as u32 * advance) / 2;
-    for (i, letter) in (0..).zip(line) {
+    let line = shortened(text, (width / letter_width()) as usize);
+    let start = left + width.saturating_sub(line.len() as u32 * letter_width()) / 2;
+    write_letters(sheet, [start, top], &line, INK);
+}
+
+/// Pixels from one letter to the next.
+pub(super) fn letter_width() -> u32 {
+    get_raster_width(FontWeight::Regular, FONT) as u32
+}
+
+/// Writes letters from a place on, as far as they lie in the image.
+pub(super) fn write_letters(sheet: &mut RgbImage, [start, top]: [u32; 2], line: &[char], ink: [u8; 3]) {
+    for (i, &letter) in (0..).zip(line) {
         let raster = get_raster(letter, FontWeight::Regular, FONT).or_else(|| get_raster('?', FontWeight::Regular, FONT));
         for (y, row) in (top..).zip(raster.iter().flat_map(|letter| letter.raster())) {
-            for (x, &share) in (start + i * advance..).zip(row.iter()) {
+            for (x, &share) in (start + i * letter_width()..).zip(row.iter()) {
                 let Some(pixel) = sheet.get_pixel_mut_checked(x, y) else { continue };
-                for (code, ink) in pixel.0.iter_mut().zip(INK) {
+                for (code, ink) in pixel.0.iter_mut().zip(ink) {
                     *code = (f32::from(*code) + (f32::from(ink) - f32::from(*code)) * f32::from(share) / 255.0).round() as u8;
                 }
             }

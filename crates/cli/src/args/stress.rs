@@ -1,0 +1,94 @@
+//! Arguments of `stress`.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+use raywright_core::scene::Integrator;
+use raywright_core::stress::Severity;
+
+use super::{ChoiceArgs, SceneArgs};
+use super::{Precision, names, values};
+
+/// Arguments of `stress`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Findings are of three kinds: picture wrong, slow or noisy, harmless; docs/stress.md lists all of them. Exit code 1 if the picture is wrong, or \
+if anything is found that --deny names.
+
+Examples:
+  raywright stress model.glb                        What is wrong with a model
+  raywright stress room.scene.toml -o places.png    The places too, marked in the picture
+  raywright stress room.scene.toml --deny harmless  Exit code 1 for anything at all")]
+pub struct StressArgs {
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input
+    #[arg(value_name = "SCENE")]
+    pub scene: OsString,
+
+    /// What is changed in the scene.
+    #[command(flatten)]
+    pub changes: SceneArgs,
+
+    /// Rungs and switches.
+    #[command(flatten)]
+    pub choices: ChoiceArgs,
+
+    /// How light is computed [default: the scene's]
+    #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
+    pub integrator: Option<Integrator>,
+
+    /// Arithmetic of rays and surfaces [default: robust]
+    #[arg(long, value_name = "NAME", value_enum)]
+    pub precision: Option<Precision>,
+
+    /// Seed of the rays: the same seed sends the same ones [default: the scene's; models 0]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    pub seed: Option<u64>,
+
+    /// Time after which no more rays are sent, such as 90s or 5min; meshes and images are looked at whatever it takes
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::duration)]
+    pub budget: Duration,
+
+    /// Threads [default: one for each processor]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+
+    /// Refuse what would need more memory: bytes, or with K, M, G [default: 8G]
+    #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
+    pub max_memory: Option<u64>,
+
+    /// The mildest finding that ends with exit code 1
+    #[arg(long, value_name = "KIND", value_enum, default_value_t)]
+    pub deny: DeniedSeverity,
+
+    /// Print JSON instead of text
+    #[arg(long)]
+    pub json: bool,
+
+    /// Write a quick picture with the places of the findings marked in it, as PNG
+    #[arg(short, long, value_name = "FILE.png")]
+    pub output: Option<PathBuf>,
+}
+
+/// The mildest finding that is denied.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum DeniedSeverity {
+    /// What makes the picture wrong
+    #[default]
+    PictureWrong,
+    /// What makes it slow or noisy, too
+    SlowOrNoisy,
+    /// Anything
+    Harmless,
+}
+
+impl From<DeniedSeverity> for Severity {
+    fn from(denied: DeniedSeverity) -> Self {
+        match denied {
+            DeniedSeverity::PictureWrong => Self::PictureWrong,
+            DeniedSeverity::SlowOrNoisy => Self::SlowOrNoisy,
+            DeniedSeverity::Harmless => Self::Harmless,
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! What checks ask of a scene's data: its objects with their materials, and what those make of the space within.
+
+use std::collections::BTreeMap;
+
+use glam::{DAffine3, DVec3};
+use raywright_bvh::Aabb;
+
+use super::finding::Subject;
+use crate::affine::affine;
+use crate::generate::{count_of, places};
+use crate::lookup::Lookup;
+use crate::scene::{AlphaMode, Material, MeshData, Model, Object, Scene, Shape, SideRule};
+
+/// What a material makes of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Matter {
+    /// Light ends at it or is sent back.
+    Opaque,
+    /// It bounds a body that light goes through, so that it has to be closed.
+    Body,
+    /// Light passes it straight: a thin wall, or a share of what is behind it.
+    Veil,
+}
+
+impl Matter {
+    fn of(material: &Material) -> Self {
+        match &material.model {
+            Model::Physical(m) if m.alpha == AlphaMode::Blend => Self::Veil,
+            Model::Physical(m) if m.may_transmit() => {
+                if m.thin_walled {
+                    Self::Veil
+                } else {
+                    Self::Body
+                }
+            }
+            Model::Physical(_) => Self::Opaque,
+            Model::Classic(m) => {
+                let refracts = m.mixture.as_ref().is_some_and(|mixture| mixture.refraction_chance > 0.0);
+                if m.transmission.is_some() || refracts { Self::Body } else { Self::Opaque }
+            }
+        }
+    }
+}
+
+/// An object, of a generator all of its objects.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ObjectFacts<'a> {
+    pub object: &'a Object,
+    pub subject: Subject,
+    /// Its material with its place in the scene's list.
+    pub material: Option<(usize, &'a Material)>,
+    pub matter: Matter,
+    /// From its own space to the world, of a generator's the first one's.
+    pub map: DAffine3,
+}
+
+impl ObjectFacts<'_> {
+    /// Whether the camera looks through its back.
+    pub fn hides_back(&self) -> bool {
+        self.object.side != SideRule::Both
+    }
+
+    pub fn emits(&self) -> bool {
+        self.material.is_some_and(|(_, material)| material.emits())
+    }
+}
+
+/// A scene as checks see it.
+pub(crate) struct SceneFacts<'a> {
+    pub scene: &'a Scene,
+    pub lookup: Lookup<'a>,
+    /// The listed objects, and one for each generator.
+    pub objects: Vec<ObjectFacts<'a>>,
+    /// Around everything that has an end.
+    pub bounds: Aabb,
+    /// Index of the first object of each generator where all objects are counted.
+    starts: Vec<u64>,
+}
+
+impl<'a> SceneFacts<'a> {
+    pub fn new(scene: &'a Scene, bounds: Aabb) -> Self {
+        let lookup = Lookup::new(scene);
+        let listed = scene.objects.iter().map(|object| (object, DVec3::ZERO));
+        let generated = scene.generators.iter().map(|generator| {
+            let first = places(&generator.kind).next();
+            (&generator.object, first.unwrap_or_default())
+        });
+        let facts = |(index, (object, place)): (usize, (&'a Object, DVec3))| {
+            let material = lookup.material(&object.material);
+            let matter = material.map_or(Matter::Opaque, |(_, material)| Matter::of(material));
+            let map = DAffine3::from_translation(place) * affine(&object.transform);
+            ObjectFacts { object, subject: Subject::Object(index), material, matter, map }
+        };
+        let objects = listed.chain(generated).enumerate().map(facts).collect();
+        let mut next = scene.objects.len() as u64;
+        let start = |kind| {
+            let start = next;
+            next = next.saturating_add(count_of(kind));
+            start
+        };
+        let starts = scene.generators.iter().map(|generator| &generator.kind).map(start).collect();
+        Self { scene, lookup, objects, bounds, starts }
+    }
+
+    /// The facts of one of all objects, generated ones counted each.
+    pub fn index_of(&self, object: u32) -> usize {
+        let (object, listed) = (object as usize, self.scene.objects.len());
+        if object < listed { object } else { listed + self.starts.partition_point(|&start| start <= object as u64) - 1 }
+    }
+
+    /// The mesh that an object shows, with its place in the scene's list.
+    pub fn mesh(&self, object: &Object) -> Option<(usize, &'a MeshData)> {
+        let Shape::Mesh(name) = &object.shape else { return None };
+        Some((self.lookup.meshes.get(name)?, self.lookup.mesh_data(name)?))
+    }
+
+    /// The objects that show each mesh, by its place in the scene's list.
+    pub fn shown_meshes(&self) -> BTreeMap<usize, (&'a MeshData, Vec<&ObjectFacts<'a>>)> {
+        let mut shown: BTreeMap<usize, (&MeshData, Vec<&ObjectFacts<'_>>)> = BTreeMap::new();
+        for facts in &self.objects {
+            if let Some((mesh, data)) = self.mesh(facts.object) {
+                shown.entry(mesh).or_insert_with(|| (data, Vec::new())).1.push(facts);
+            }
+        }
+        shown
+    }
+
+    /// Materials that objects show, by their places, each once.
+    pub fn used_materials(&self) -> Vec<(usize, &'a Material)> {
+        let mut used: Vec<(usize, &Material)> = self.objects.iter().filter_map(|facts| facts.material).collect();
+        used.sort_by_key(|(index, _)| *index);
+        used.dedup_by_key(|(index, _)| *index);
+        used
+    }
+
+    /// The length of the diagonal of everything that has an end.
+    pub fn diagonal(&self) -> f64 {
+        if self.bounds.is_empty() { 0.0 } else { self.bounds.extent().length() }
+    }
+}
+
+/// A place as findings have it.
+pub(super) fn place(point: DVec3) -> Option<[f64; 3]> {
+    point.is_finite().then(|| point.to_array())
+}
+
+/// A number in [0, 1) by a seed and two indices.
+pub(super) fn unit(seed: u64, index: u64, which: u64) -> f64 {
+    let bits = crate::hash::mix(seed ^ crate::hash::mix(index.wrapping_mul(0x9e37_79b9).wrapping_add(crate::hash::mix(which))));
+    (bits >> 11) as f64 / (1_u64 << 53) as f64
+}

@@ -1,0 +1,300 @@
+//! What a check found: how bad it is, where, how often, why, and what to do.
+
+use serde::{Serialize, Serializer};
+
+use crate::scene::{Scene, Triple};
+
+/// How bad a finding is, the worst first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// The picture shows something else than the file says, or nothing.
+    PictureWrong,
+    /// The picture is right once it has enough samples, or takes longer than it should.
+    SlowOrNoisy,
+    /// Nothing of it is seen.
+    Harmless,
+}
+
+impl Severity {
+    /// All of them, the worst first.
+    pub const ALL: [Self; 3] = [Self::PictureWrong, Self::SlowOrNoisy, Self::Harmless];
+
+    /// The words for it.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::PictureWrong => "picture wrong",
+            Self::SlowOrNoisy => "slow or noisy",
+            Self::Harmless => "harmless",
+        }
+    }
+}
+
+macro_rules! codes {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
+        /// What is found, by a name that stays.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Code {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl Code {
+            /// Every kind of finding, family by family.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),*];
+
+            /// The name.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+    };
+}
+
+codes! {
+    /// Triangles without area.
+    DegenerateTriangles = "degenerate-triangles";
+    /// Triangles that are there again.
+    DuplicateTriangles = "duplicate-triangles";
+    /// Triangles next to a line.
+    SliverTriangles = "sliver-triangles";
+    /// Edges of a body of glass that have one triangle.
+    OpenEdges = "open-edges";
+    /// Edges at which more than two triangles meet.
+    NonManifoldEdges = "non-manifold-edges";
+    /// Neighbours of which one is turned over.
+    FlippedTriangles = "flipped-triangles";
+    /// A closed mesh whose outside is within.
+    InsideOut = "inside-out";
+    /// Vertex normals that point to the other side than the triangles.
+    NormalsAgainstFaces = "normals-against-faces";
+    /// A texture on a mesh without coordinates for it.
+    NoTextureCoordinates = "no-texture-coordinates";
+    /// Triangles all of whose corners read one place of a normal map.
+    FlatTextureCoordinates = "flat-texture-coordinates";
+    /// A mesh of which storing leaves nothing.
+    LostObject = "lost-object";
+    /// A shape of which storing leaves nothing.
+    LostShape = "lost-shape";
+    /// An object of which storing loses the fine shape.
+    UnresolvedObject = "unresolved-object";
+    /// Triangles that storing makes flat.
+    LostTriangles = "lost-triangles";
+    /// A scene or an object of an unlikely size.
+    ExtremeScale = "extreme-scale";
+    /// An object that is there again.
+    DuplicateObject = "duplicate-object";
+    /// A body of glass that rays enter and do not leave.
+    OpenBody = "open-body";
+    /// Bodies of glass within each other without priorities.
+    NestedGlass = "nested-glass";
+    /// Two surfaces in one place, of which now one and now the other is seen.
+    FlickeringSurfaces = "flickering-surfaces";
+    /// Rays that pass between two triangles with a common edge.
+    Leak = "leak";
+    /// Rays that meet the surface that they leave.
+    SelfHit = "self-hit";
+    /// Rays that start beyond another surface.
+    StartBeyondSurface = "start-beyond-surface";
+    /// A gap that storing closes.
+    ClosedGap = "closed-gap";
+    /// A lamp that shines through an opaque object.
+    LightThroughCover = "light-through-cover";
+    /// Samples that are no numbers.
+    SamplesNotFinite = "samples-not-finite";
+    /// Rays that ended at the limit of surfaces that they may pass.
+    RaysCutShort = "rays-cut-short";
+    /// No camera ray meets anything.
+    NothingSeen = "nothing-seen";
+    /// What is seen is black.
+    BlackPicture = "black-picture";
+    /// Pixels brighter than every light.
+    BrighterThanLights = "brighter-than-lights";
+    /// Lamps that are met by chance alone.
+    LightByChance = "light-by-chance";
+    /// A lamp from which nothing arrives.
+    UnreachedLight = "unreached-light";
+    /// A lamp that shines past everything.
+    LightMissesScene = "light-misses-scene";
+    /// A lamp smaller than a pixel.
+    LampBelowPixel = "lamp-below-pixel";
+    /// A light that is there again.
+    DuplicateLight = "duplicate-light";
+    /// A sky with points far brighter than the rest.
+    SkySpikes = "sky-spikes";
+    /// A material that sends back more light than it gets.
+    EnergyMade = "energy-made";
+    /// A material with values that are no numbers.
+    ValuesNotNumbers = "values-not-numbers";
+    /// A material with values outside their range.
+    ValuesOutOfRange = "values-out-of-range";
+    /// An object that is nowhere there.
+    InvisibleObject = "invisible-object";
+    /// Glass through which no path has segments to come.
+    DepthBelowGlass = "depth-below-glass";
+    /// A body that absorbs everything within a hair, or nothing within its size.
+    AbsorptionOutOfScale = "absorption-out-of-scale";
+    /// An image of one colour.
+    UniformImage = "uniform-image";
+    /// An image with numbers that light can't have.
+    ImageNotLight = "image-not-light";
+    /// An image that could not be read.
+    MissingImage = "missing-image";
+    /// An image of numbers that is read as colours.
+    DataReadAsColour = "data-read-as-colour";
+    /// A normal map that holds no normals.
+    NotANormalMap = "not-a-normal-map";
+    /// A camera within a body.
+    CameraInBody = "camera-in-body";
+    /// A lens that is sharp where nothing is.
+    FocusNowhere = "focus-nowhere";
+    /// A scene that is smaller than a pixel.
+    SceneBelowPixel = "scene-below-pixel";
+    /// A picture that is wider or narrower than the camera's.
+    StretchedPicture = "stretched-picture";
+}
+
+impl Serialize for Code {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// What of a scene a finding is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Subject {
+    /// An object by its index, those of generators after the listed ones, one for each generator.
+    Object(usize),
+    /// A light without size.
+    Light(usize),
+    /// A camera; none where the scene is framed automatically.
+    Camera(Option<usize>),
+    /// A material.
+    Material(usize),
+    /// An image.
+    Image(usize),
+    /// The sky.
+    Sky,
+    /// All of it.
+    Scene,
+}
+
+impl Subject {
+    /// Its place in its list; zero where there is none.
+    pub(super) fn index(self) -> usize {
+        match self {
+            Self::Object(index) | Self::Light(index) | Self::Material(index) | Self::Image(index) => index,
+            Self::Camera(index) => index.unwrap_or(0),
+            Self::Sky | Self::Scene => 0,
+        }
+    }
+
+    /// Its path in the scene's file; empty for all of it.
+    pub fn path(self, scene: &Scene) -> String {
+        let listed = scene.objects.len();
+        match self {
+            Self::Object(index) if index < listed => format!("objects[{index}]"),
+            Self::Object(index) => format!("generators[{}].object", index - listed),
+            Self::Light(index) => format!("lights[{index}]"),
+            Self::Camera(Some(index)) => format!("cameras[{index}]"),
+            Self::Material(index) => format!("materials[{index}]"),
+            Self::Image(index) => format!("images[{index}]"),
+            Self::Sky => "sky".to_owned(),
+            Self::Camera(None) | Self::Scene => String::new(),
+        }
+    }
+
+    /// What messages call it: by its name, or by its place in the scene's list, counted from 1.
+    pub fn words(self, scene: &Scene) -> String {
+        let called = |kind: &str, name: Option<&String>, index: usize| match name {
+            Some(name) if !name.is_empty() => format!("{kind} `{name}`"),
+            _ => format!("{kind} {}", index + 1),
+        };
+        let listed = scene.objects.len();
+        match self {
+            Self::Object(index) if index < listed => called("object", scene.objects.get(index).map(|o| &o.name), index),
+            Self::Object(index) => called("generator", None, index - listed),
+            Self::Light(index) => called("light", scene.lights.get(index).map(|light| &light.name), index),
+            Self::Camera(Some(index)) => called("camera", scene.cameras.get(index).map(|camera| &camera.name), index),
+            Self::Camera(None) => "the camera".to_owned(),
+            Self::Material(index) => called("material", scene.materials.get(index).map(|material| &material.name), index),
+            Self::Image(index) => called("image", scene.images.get(index).map(|image| &image.name), index),
+            Self::Sky => "the sky".to_owned(),
+            Self::Scene => "the scene".to_owned(),
+        }
+    }
+}
+
+/// One thing that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// What kind.
+    pub code: Code,
+    /// How bad.
+    pub severity: Severity,
+    /// What it is about.
+    pub subject: Subject,
+    /// The first primitive of the subject that has it, where it is about primitives.
+    pub primitive: Option<u32>,
+    /// A place of it in the world, where it has one.
+    pub place: Option<Triple>,
+    /// Where in a picture that is, in pixels from the top left, and the camera's place in the scene's list; none where no camera has it in view.
+    pub pixel: Option<([f64; 2], usize)>,
+    /// How many.
+    pub count: u64,
+    /// Of how many; zero where that says nothing.
+    pub of: u64,
+    /// What is counted.
+    pub unit: &'static str,
+    /// What is wrong, in one sentence.
+    pub why: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+impl Finding {
+    /// One thing of a subject.
+    pub fn new(code: Code, severity: Severity, subject: Subject, why: impl Into<String>, remedy: impl Into<String>) -> Self {
+        let (why, remedy) = (why.into(), remedy.into());
+        Self { code, severity, subject, primitive: None, place: None, pixel: None, count: 1, of: 0, unit: "", why, remedy }
+    }
+
+    /// So many of so many.
+    #[must_use]
+    pub fn counted(self, count: u64, of: u64, unit: &'static str) -> Self {
+        Self { count, of, unit, ..self }
+    }
+
+    /// At a place.
+    #[must_use]
+    pub fn at(self, place: Option<Triple>) -> Self {
+        Self { place, ..self }
+    }
+
+    /// From a primitive on.
+    #[must_use]
+    pub fn from_primitive(self, primitive: u32) -> Self {
+        Self { primitive: Some(primitive), ..self }
+    }
+}
+
+/// A check with what it sent.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct CheckRun {
+    /// What was checked.
+    pub name: &'static str,
+    /// Rays, samples or triangles that it looked at.
+    pub looked_at: u64,
+    /// What these are.
+    pub unit: &'static str,
+    /// How many it would have looked at in all.
+    pub planned: u64,
+}
+
+impl CheckRun {
+    /// Whether time ended it.
+    pub fn is_cut(&self) -> bool {
+        self.looked_at < self.planned
+    }
+}

@@ -1,0 +1,112 @@
+//! A furnace for each material: a ball of it in even white light, which may send back no more than it gets.
+
+use super::Deadline;
+use super::facts::SceneFacts;
+use crate::dispatch::prepare;
+use crate::effects::chosen;
+use crate::scene::{
+    Camera, Classic, Colour, Integrator, Material, Model, Object, Pose, Projection, Render, Scene, Shape, SideRule, Sky,
+};
+use crate::settings::{Sampling, Settings};
+
+/// Edge of the picture of a ball, and samples of its pixels.
+const EDGE: u32 = 16;
+const SAMPLES: u32 = 64;
+
+/// What a ball may send back above what it gets, for the noise of so many samples.
+const MOST: f64 = 1.02;
+
+/// What a material sends back.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FurnaceResult {
+    /// Its place in the scene's list.
+    pub material: usize,
+    /// Mean of what comes from the brightest row of pixels that the ball fills, over what it gets.
+    pub sent_back: f64,
+    pub samples: u64,
+}
+
+impl FurnaceResult {
+    pub fn makes_energy(&self) -> bool {
+        self.sent_back > MOST
+    }
+}
+
+/// The furnaces of all materials that objects show, as many as there is time for, and how many there would be. Classic materials in Whitted's
+/// rules are no model of energy, and are not asked.
+pub(super) fn measure(facts: &SceneFacts<'_>, settings: &Settings, deadline: &Deadline<'_>) -> (Vec<FurnaceResult>, usize) {
+    let by_paths = chosen(facts.scene, settings) == Integrator::Path;
+    let judged = |model: &Model| match model {
+        Model::Physical(m) => !m.unlit,
+        Model::Classic(_) => by_paths,
+    };
+    let materials: Vec<_> = facts.used_materials().into_iter().filter(|(_, material)| judged(&material.model)).collect();
+    let mut measured = Vec::new();
+    for &(index, material) in &materials {
+        if deadline.is_over() {
+            break;
+        }
+        measured.extend(sent_back(facts.scene, material, settings).map(|sent_back| FurnaceResult {
+            material: index,
+            sent_back,
+            samples: u64::from(EDGE * EDGE * SAMPLES),
+        }));
+    }
+    (measured, materials.len())
+}
+
+/// The material without what it gives off by itself.
+fn dark(material: &Material) -> Material {
+    let mut material = material.clone();
+    match &mut material.model {
+        Model::Physical(m) => (m.emission, m.emission_texture) = (Colour::BLACK.into(), None),
+        Model::Classic(m) => **m = Classic { emission: None, ambient: Some(Colour::BLACK), ..(**m).clone() },
+    }
+    material
+}
+
+/// The mean of what a ball in white light sends back, by the brightest channel; none where the ball can't be shown.
+fn sent_back(scene: &Scene, material: &Material, settings: &Settings) -> Option<f64> {
+    let camera = Camera {
+        name: String::new(),
+        pose: Pose::LookAt { eye: [0.0, 0.0, 3.0], target: [0.0; 3], up: [0.0, 1.0, 0.0] },
+        projection: Projection::Orthographic { height: 1.2 },
+        aspect: None,
+        pose_end: None,
+        shutter: None,
+    };
+    let ball = Object {
+        name: String::new(),
+        shape: Shape::Sphere { centre: [0.0; 3], radius: 1.0 },
+        material: material.name.clone(),
+        side: SideRule::Both,
+        face_viewer: true,
+        casts_shadow: true,
+        transform: Vec::new(),
+        transform_end: None,
+    };
+    let furnace = Scene {
+        format: scene.format,
+        t: scene.t,
+        parameters: scene.parameters.clone(),
+        render: Render { integrator: Integrator::Path, ..Render::default() },
+        sky: Some(Sky::Constant(Colour::WHITE)),
+        images: scene.images.clone(),
+        textures: scene.textures.clone(),
+        materials: vec![dark(material)],
+        objects: vec![ball],
+        ..Scene::default()
+    };
+    let settings = Settings {
+        size: [EDGE; 2],
+        camera: Some(camera),
+        sampling: Sampling::General(SAMPLES),
+        integrator: Integrator::Path,
+        max_depth: 32,
+        seed: settings.seed,
+        ..Settings::of(&furnace)
+    };
+    let picture = prepare(&furnace, &settings, &()).ok()?.render(&()).picture;
+    let mean = |channel: usize| picture.rgb.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>() / picture.rgb.len() as f64;
+    Some((0..3).map(mean).fold(0.0, f64::max))
+}

@@ -1,0 +1,345 @@
+//! Rays of the scene's own camera, straight through everything: what they meet in which order, and what becomes of rays that start there.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use raywright_bvh::{Hit, Interval, Ray, Real, Surface, Vector};
+
+use super::Deadline;
+use super::facts::{Matter, SceneFacts, unit};
+use super::finding::CheckRun;
+use super::values::{Values, judge_values};
+use crate::integrator::PathSegment;
+use crate::interaction::Interaction;
+use crate::prepare::{Prepared, Spawn};
+use crate::scene::Shape;
+
+/// Rays of a round along the picture's width and height, and rounds.
+const GRID: [u64; 2] = [160, 90];
+const ROUNDS: u64 = 4;
+
+/// Surfaces on the way of a ray that are looked at.
+const HITS: usize = 128;
+
+/// Directions in which rays start from a surface.
+const STARTS: u64 = 2;
+
+/// Rays that saw something, and where the first of them did.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sighting {
+    pub count: u64,
+    ray: u64,
+    pub place: DVec3,
+}
+
+/// Sightings by what they are of.
+pub(crate) type Sightings<K> = BTreeMap<K, Sighting>;
+
+fn note<K: Ord>(sightings: &mut Sightings<K>, key: K, ray: u64, place: DVec3) {
+    merge(sightings, key, Sighting { count: 1, ray, place });
+}
+
+fn merge<K: Ord>(sightings: &mut Sightings<K>, key: K, other: Sighting) {
+    let known = sightings.entry(key).or_insert(Sighting { count: 0, ..other });
+    known.count += other.count;
+    if other.ray < known.ray {
+        (known.ray, known.place) = (other.ray, other.place);
+    }
+}
+
+/// What rays of a camera saw. Objects are named by their facts.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RaySurvey {
+    pub rays: u64,
+    pub planned: u64,
+    /// Rays that met anything.
+    pub hits: u64,
+    /// Rays on whose way an object is, and rays that see it first.
+    pub met: Sightings<usize>,
+    pub first: Sightings<usize>,
+    /// Rays that see it first from within.
+    pub first_within: Sightings<usize>,
+    /// Rays that leave a body once more often than they enter it, of a camera within.
+    pub within: Sightings<usize>,
+    /// Rays that enter a body and do not leave it, or leave it and did not enter it.
+    pub unbalanced: Sightings<usize>,
+    /// Bodies that rays enter within another one.
+    pub nested: Sightings<[usize; 2]>,
+    /// The first surface of a ray and the next one, where they are in one place and of two objects.
+    pub coincident: Sightings<[usize; 2]>,
+    /// Backs that the camera looks through.
+    pub backs: Sightings<usize>,
+    /// Vertex normals that point to the other side than what is hit.
+    pub against: Sightings<usize>,
+    pub starts: u64,
+    pub self_hits: Sightings<usize>,
+    pub beyond: Sightings<usize>,
+    /// Values of materials, by their places.
+    pub not_numbers: Sightings<usize>,
+    pub out_of_range: Sightings<usize>,
+}
+
+impl RaySurvey {
+    /// Adds what other rays saw.
+    #[must_use]
+    pub fn plus(mut self, other: Self) -> Self {
+        self.rays += other.rays;
+        self.planned += other.planned;
+        self.hits += other.hits;
+        self.starts += other.starts;
+        for (own, others) in [
+            (&mut self.met, other.met),
+            (&mut self.first, other.first),
+            (&mut self.first_within, other.first_within),
+            (&mut self.within, other.within),
+            (&mut self.unbalanced, other.unbalanced),
+            (&mut self.backs, other.backs),
+            (&mut self.against, other.against),
+            (&mut self.self_hits, other.self_hits),
+            (&mut self.beyond, other.beyond),
+            (&mut self.not_numbers, other.not_numbers),
+            (&mut self.out_of_range, other.out_of_range),
+        ] {
+            others.into_iter().for_each(|(key, sighting)| merge(own, key, sighting));
+        }
+        for (own, others) in [(&mut self.nested, other.nested), (&mut self.coincident, other.coincident)] {
+            others.into_iter().for_each(|(key, sighting)| merge(own, key, sighting));
+        }
+        self
+    }
+
+    /// How often something was seen.
+    pub fn count<K: Ord>(of: &Sightings<K>, key: &K) -> u64 {
+        of.get(key).map_or(0, |sighting| sighting.count)
+    }
+
+    /// Of a camera's rays, tells those of a camera within a body, which nearly all leave it, from those that came into it unseen.
+    fn settle(&mut self) {
+        const NEARLY: f64 = 0.9;
+        let rays = self.rays as f64;
+        let (within, unseen) =
+            core::mem::take(&mut self.within).into_iter().partition(|(_, left)| left.count as f64 > NEARLY * rays);
+        self.within = within;
+        let unseen: Sightings<usize> = unseen;
+        unseen.into_iter().for_each(|(object, sighting)| merge(&mut self.unbalanced, object, sighting));
+    }
+
+    pub fn run(&self) -> CheckRun {
+        CheckRun { name: "rays of the cameras", looked_at: self.rays, unit: "rays", planned: self.planned }
+    }
+}
+
+/// Sends rays through a picture of a size, in rounds of which each is finished.
+pub(crate) fn survey<R: Real>(
+    prepared: &Prepared<R>,
+    facts: &SceneFacts<'_>,
+    size: [u32; 2],
+    seed: u64,
+    deadline: &Deadline<'_>,
+) -> RaySurvey {
+    let walker =
+        Walker { prepared, facts, size, seed, looks_through: facts.objects.iter().any(|object| object.matter == Matter::Body) };
+    let mut found = RaySurvey { planned: ROUNDS * GRID[0] * GRID[1], ..RaySurvey::default() };
+    for round in 0..ROUNDS {
+        if deadline.is_over() && round > 0 {
+            break;
+        }
+        let row = |row: u64| {
+            let first = (round * GRID[1] + row) * GRID[0];
+            (0..GRID[0]).fold(RaySurvey::default(), |mut found, column| {
+                walker.walk([column, row], first + column, &mut found);
+                found
+            })
+        };
+        found = (0..GRID[1]).into_par_iter().map(row).reduce(RaySurvey::default, RaySurvey::plus).plus(found);
+    }
+    found.settle();
+    found
+}
+
+struct Walker<'a, R: Real> {
+    prepared: &'a Prepared<R>,
+    facts: &'a SceneFacts<'a>,
+    size: [u32; 2],
+    seed: u64,
+    /// Whether rays go on behind the first surfaces.
+    looks_through: bool,
+}
+
+/// A surface on the way of a ray.
+struct Crossing<R: Real> {
+    object: usize,
+    surface: Surface<R>,
+    enters: bool,
+}
+
+impl<R: Real> Walker<'_, R> {
+    fn walk(&self, cell: [u64; 2], index: u64, found: &mut RaySurvey) {
+        let at = |axis: usize| {
+            let share = (cell[axis] as f64 + unit(self.seed, index, axis as u64)) / GRID[axis] as f64;
+            R::from_f64(share * f64::from(self.size[axis]))
+        };
+        let camera = &self.prepared.camera;
+        let lens = [2, 3].map(|which| unit(self.seed, index, which) as f32);
+        let ray = camera.ray_during(at(0), at(1), lens.map(|x| x.min(0.999_999)), unit(self.seed, index, 4) as f32);
+        found.rays += 1;
+        if let Some(first) = self.prepared.geometry.closest(&ray, Interval::positive(), &mut ()) {
+            found.hits += 1;
+            self.look_at_first(&ray, &first, index, found);
+        }
+        self.look_behind(&Ray { culls: false, ..ray }, index, found);
+    }
+
+    fn crossing(&self, ray: &Ray<R>, hit: &Hit<R>) -> Crossing<R> {
+        let surface = self.prepared.geometry.surface(ray, hit);
+        let enters = surface.normal.to_f64().dot(ray.direction.to_f64()) < 0.0;
+        Crossing { object: self.facts.index_of(hit.outermost()), surface, enters }
+    }
+
+    /// What is seen: values there, rays that start there, and what else is in its place.
+    fn look_at_first(&self, ray: &Ray<R>, hit: &Hit<R>, index: u64, found: &mut RaySurvey) {
+        let prepared = self.prepared;
+        let leg = PathSegment { ray: *ray, ..PathSegment::of_camera(prepared) };
+        let at = Interaction::of(prepared, &leg, hit);
+        let (object, place) = (self.facts.index_of(hit.outermost()), prepared.in_world(at.surface.point));
+        note(&mut found.first, object, index, place);
+        if !at.outside {
+            note(&mut found.first_within, object, index, place);
+        }
+        if self.turns_away(ray, hit) {
+            note(&mut found.against, object, index, place);
+        }
+        match judge_values(prepared, &at) {
+            Values::Fine => {}
+            Values::NotNumbers => note(&mut found.not_numbers, at.material as usize, index, place),
+            Values::OutOfRange => note(&mut found.out_of_range, at.material as usize, index, place),
+        }
+        for start in 0..STARTS {
+            self.start_from(&at, hit, [index, start], found);
+        }
+    }
+
+    /// Whether the mesh's own normal points to the other side than the triangle's.
+    fn turns_away(&self, ray: &Ray<R>, hit: &Hit<R>) -> bool {
+        let Some(mesh) = &self.prepared.objects[hit.outermost() as usize].mesh else { return false };
+        let data = &self.prepared.meshes[mesh.mesh as usize];
+        let [a, b, c] = data.indices[hit.primitive as usize].map(|corner| data.normals.get(corner as usize));
+        let (Some(a), Some(b), Some(c), false) = (a, b, c, mesh.turns) else { return false };
+        let [b, c] = if mesh.flipped { [c, b] } else { [b, c] };
+        let (u, v) = (hit.u.to_f64(), hit.v.to_f64());
+        let own =
+            DVec3::from(a.map(f64::from)) * (1.0 - u - v) + DVec3::from(b.map(f64::from)) * u + DVec3::from(c.map(f64::from)) * v;
+        let [x, y, z] = mesh.normals.map(|column| column.to_f64());
+        let normal = x * own.x + y * own.y + z * own.z;
+        normal.dot(self.prepared.geometry.surface(ray, hit).normal.to_f64()) < 0.0
+    }
+
+    /// A ray that starts there to the side that is seen.
+    fn start_from(&self, at: &Interaction<R>, hit: &Hit<R>, [index, start]: [u64; 2], found: &mut RaySurvey) {
+        let prepared = self.prepared;
+        let number = |which: u64| unit(self.seed, index, 8 + 2 * start + which);
+        let (z, turn) = (2.0 * number(0) - 1.0, number(1) * core::f64::consts::TAU);
+        let ring = (1.0 - z * z).sqrt();
+        let ball = DVec3::new(ring * libm::cos(turn), ring * libm::sin(turn), z);
+        let side = if at.outside { at.surface.normal.to_f64() } else { -at.surface.normal.to_f64() };
+        let Some(direction) = (side + ball * 0.99).try_normalize() else { return };
+        let direction = R::Vec3::from_f64(direction);
+        let ray = prepared.spawn(at, direction, R::ONE).at_time(at.time);
+        let (object, place) = (self.facts.index_of(hit.outermost()), prepared.in_world(at.surface.point));
+        found.starts += 1;
+        let range = Interval { min: prepared.least_distances().secondary, max: R::INFINITY };
+        let again = prepared.geometry.closest(&ray, range, &mut ());
+        let is_same = |other: &Hit<R>| (other.order(), other.instance) == (hit.order(), hit.instance);
+        if again.as_ref().is_some_and(is_same) && self.meets_rays_once(object, at.outside) {
+            note(&mut found.self_hits, object, index, place);
+        }
+        if matches!(prepared.rules.spawn, Spawn::Constant { .. }) {
+            let own = at.surface.spawn(direction);
+            let way = ray.origin - own;
+            let length = way.length();
+            let range = Interval { min: R::ZERO, max: length };
+            let between = || prepared.geometry.closest(&Ray::new(own, way / length).at_time(at.time), range, &mut ());
+            // Its own surface is looked at above.
+            if length > R::ZERO && between().is_some_and(|other| !is_same(&other)) {
+                note(&mut found.beyond, object, index, place);
+            }
+        }
+    }
+
+    /// Whether a ray that leaves a primitive of an object on this side can't meet it again.
+    fn meets_rays_once(&self, object: usize, outside: bool) -> bool {
+        match self.facts.objects[object].object.shape {
+            Shape::Mesh(_) | Shape::Triangle { .. } | Shape::Quad { .. } | Shape::Disk { .. } | Shape::Plane { .. } => true,
+            Shape::Sphere { .. } | Shape::Box { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } => outside,
+            Shape::Cylinder { caps, height, .. } => outside && (caps || height.is_none()),
+            Shape::Hyperboloid { .. } | Shape::Paraboloid { .. } | Shape::Torus { .. } => false,
+        }
+    }
+
+    /// What a ray meets that no surface stops and no back is hidden from.
+    fn look_behind(&self, ray: &Ray<R>, index: u64, found: &mut RaySurvey) {
+        let (mut range, mut depths) = (Interval::positive(), BTreeMap::<usize, i64>::new());
+        let mut before: Option<Crossing<R>> = None;
+        let mut met: Vec<(usize, DVec3)> = Vec::new();
+        for step in 0..HITS {
+            let Some(hit) = self.prepared.geometry.closest(ray, range, &mut ()) else {
+                return end(&depths, &met, index, found);
+            };
+            range.min = hit.t;
+            let crossing = self.crossing(ray, &hit);
+            let place = self.prepared.in_world(crossing.surface.point);
+            if !met.iter().any(|(object, _)| *object == crossing.object) {
+                met.push((crossing.object, place));
+                note(&mut found.met, crossing.object, index, place);
+            }
+            if step == 0 && !crossing.enters && self.facts.objects[crossing.object].hides_back() {
+                note(&mut found.backs, crossing.object, index, place);
+            }
+            if let Some(first) = before.as_ref().filter(|_| step == 1)
+                && are_coincident(ray, first, &crossing)
+            {
+                note(&mut found.coincident, [first.object, crossing.object], index, place);
+            }
+            if step > 0 && !self.looks_through {
+                return;
+            }
+            self.enter_or_leave(&crossing, &mut depths, index, found);
+            before = Some(crossing);
+        }
+    }
+
+    /// Keeps account of the bodies that a ray is in.
+    fn enter_or_leave(&self, crossing: &Crossing<R>, depths: &mut BTreeMap<usize, i64>, index: u64, found: &mut RaySurvey) {
+        let facts = &self.facts.objects[crossing.object];
+        if facts.matter != Matter::Body || facts.hides_back() {
+            return;
+        }
+        if crossing.enters {
+            let around = depths.iter().filter(|(object, depth)| **depth > 0 && **object != crossing.object);
+            for (&other, _) in around {
+                note(&mut found.nested, [other, crossing.object], index, self.prepared.in_world(crossing.surface.point));
+            }
+        }
+        *depths.entry(crossing.object).or_insert(0) += if crossing.enters { 1 } else { -1 };
+    }
+}
+
+/// Whether two surfaces of two objects, one behind the other on a ray, are in one place as far as hits tell.
+fn are_coincident<R: Real>(ray: &Ray<R>, first: &Crossing<R>, second: &Crossing<R>) -> bool {
+    let (a, b) = (&first.surface, &second.surface);
+    let [m, n] = [a.normal.to_f64(), b.normal.to_f64()];
+    let apart = (b.point.to_f64() - a.point.to_f64()).dot(m).abs();
+    let error = 2.0 * (a.error.to_f64() + b.error.to_f64());
+    let is_slanted = m.dot(ray.direction.to_f64()).abs() > 0.05;
+    first.object != second.object && is_slanted && m.dot(n).abs() > 1.0 - 1e-6 && apart <= error
+}
+
+/// The end of a ray that has met everything on its way: bodies that it entered and did not leave.
+fn end(depths: &BTreeMap<usize, i64>, met: &[(usize, DVec3)], index: u64, found: &mut RaySurvey) {
+    for (&object, &depth) in depths.iter().filter(|(_, depth)| **depth != 0) {
+        let place = met.iter().find(|(other, _)| *other == object).map_or(DVec3::NAN, |(_, place)| *place);
+        let of = if depth == -1 { &mut found.within } else { &mut found.unbalanced };
+        note(of, object, index, place);
+    }
+}

@@ -1,0 +1,295 @@
+//! How the triangles of a mesh hang together: corners in one place are one corner, whatever the file makes of them.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::scene::MeshData;
+
+/// The height of a triangle as a share of its longest edge below which it is next to a line.
+const SLIVER: f64 = 1e-4;
+
+/// How many, and the first of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Tally {
+    pub count: u64,
+    pub first: Option<u32>,
+}
+
+impl Tally {
+    pub fn add(&mut self, index: u32) {
+        self.count += 1;
+        self.first = Some(self.first.map_or(index, |first| first.min(index)));
+    }
+
+    fn plus(self, other: Self) -> Self {
+        let first = [self.first, other.first].into_iter().flatten().min();
+        Self { count: self.count + other.count, first }
+    }
+
+    pub fn of(indices: impl Iterator<Item = u32>) -> Self {
+        let mut tally = Self::default();
+        indices.for_each(|index| tally.add(index));
+        tally
+    }
+}
+
+/// What single triangles are.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TriangleCounts {
+    pub degenerate: Tally,
+    pub slivers: Tally,
+    /// All three normals point to the other side.
+    pub against: Tally,
+}
+
+impl TriangleCounts {
+    pub fn of(data: &MeshData) -> Self {
+        const BLOCK: usize = 1 << 14;
+        let block = |(block, triangles): (usize, &[[u32; 3]])| {
+            let mut counts = Self::default();
+            for (i, corners) in triangles.iter().enumerate() {
+                counts.judge(data, (block * BLOCK + i) as u32, corners.map(|c| c as usize));
+            }
+            counts
+        };
+        let plus = |a: Self, b: Self| Self {
+            degenerate: a.degenerate.plus(b.degenerate),
+            slivers: a.slivers.plus(b.slivers),
+            against: a.against.plus(b.against),
+        };
+        data.indices.par_chunks(BLOCK).enumerate().map(block).reduce(Self::default, plus)
+    }
+
+    fn judge(&mut self, data: &MeshData, index: u32, corners: [usize; 3]) {
+        let [a, b, c] = corners.map(|corner| data.positions.at(corner));
+        let (normal, longest) = ((b - a).cross(c - a), longest_edge([a, b, c]));
+        let height = normal.length() / longest;
+        // As validation judges single triangles: edges whose angle has no sine.
+        if a == b || b == c || c == a || height <= 1e-12 * longest {
+            return self.degenerate.add(index);
+        }
+        if height < SLIVER * longest {
+            self.slivers.add(index);
+        }
+        let normals = corners.map(|corner| data.normals.get(corner));
+        if normals.iter().all(|n| n.is_some_and(|n| DVec3::from(n.map(f64::from)).dot(normal) < 0.0)) {
+            self.against.add(index);
+        }
+    }
+}
+
+fn longest_edge([a, b, c]: [DVec3; 3]) -> f64 {
+    (b - a).length().max((c - b).length()).max((a - c).length())
+}
+
+/// A connected part of a mesh without open edges.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Component {
+    pub triangles: u64,
+    pub first: u32,
+    /// Above zero where the outside is outside.
+    pub volume: f64,
+    bounds: [DVec3; 2],
+    is_closed: bool,
+}
+
+/// An edge that two triangles share, for rays that are aimed at it: its corners, and those across it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SharedEdge {
+    pub ends: [u32; 2],
+    pub across: [u32; 2],
+}
+
+/// How triangles meet.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Topology {
+    /// Triangles that are there again, with the same side out and with the other one.
+    pub duplicates: [Tally; 2],
+    /// Edges by a triangle of theirs.
+    pub edges: u64,
+    pub open: Tally,
+    pub non_manifold: Tally,
+    pub flipped: Tally,
+    pub components: Vec<Component>,
+    /// Some edges of exactly two triangles whose sides agree.
+    pub shared: Vec<SharedEdge>,
+}
+
+/// Edges that are kept for aiming.
+const AIMED: usize = 1 << 12;
+
+impl Topology {
+    pub fn of(data: &MeshData) -> Self {
+        let corners = welded(data);
+        let mut found = Self::default();
+        let kept = found.without_duplicates(&data.indices, &corners);
+        let edges = sorted_edges(&data.indices, &corners, &kept);
+        let mut parents: Vec<u32> = (0..data.positions.len() as u32).collect();
+        let mut open_corners = Vec::new();
+        for run in edges.chunk_by(|a, b| a.0 == b.0) {
+            found.judge(data, run, &mut open_corners);
+            // All corners of a triangle hang together by its edges.
+            let [low, high] = [(run[0].0 >> 32) as u32, run[0].0 as u32];
+            join(&mut parents, low, high);
+        }
+        let every = (found.shared.len() / AIMED).max(1);
+        found.shared = found.shared.iter().copied().step_by(every).collect();
+        found.components = components(data, (&corners, &kept), &mut parents, &open_corners);
+        found
+    }
+
+    /// Whether every edge has two triangles that agree about the outside.
+    pub fn is_closed(&self) -> bool {
+        self.edges > 0 && self.open.count == 0 && self.flipped.count == 0 && self.non_manifold.count == 0
+    }
+
+    /// Closed parts whose outside is within, those apart that are hollows of another part.
+    pub fn inside_out(&self) -> Vec<Component> {
+        const MOST: usize = 1000;
+        if self.components.len() > MOST {
+            return Vec::new();
+        }
+        let holds = |outer: &Component, inner: &Component| {
+            let [least, greatest] = outer.bounds;
+            outer.volume > 0.0 && least.cmplt(inner.bounds[0]).all() && greatest.cmpgt(inner.bounds[1]).all()
+        };
+        let is_wrong =
+            |part: &&Component| part.is_closed && part.volume < 0.0 && !self.components.iter().any(|outer| holds(outer, part));
+        self.components.iter().filter(is_wrong).copied().collect()
+    }
+
+    /// Triangles that have three corners and are no copies of earlier ones.
+    fn without_duplicates(&mut self, indices: &[[u32; 3]], corners: &[u32]) -> Vec<bool> {
+        let mut sorted: Vec<([u32; 3], bool, u32)> = Vec::with_capacity(indices.len());
+        for (i, triangle) in indices.iter().enumerate() {
+            let [a, b, c] = triangle.map(|corner| corners[corner as usize]);
+            if a == b || b == c || c == a {
+                continue;
+            }
+            let mut ordered = [a, b, c];
+            ordered.sort_unstable();
+            let is_even = [a, b, c] == ordered || [b, c, a] == ordered || [c, a, b] == ordered;
+            sorted.push((ordered, is_even, i as u32));
+        }
+        sorted.par_sort_unstable();
+        let mut kept = vec![false; indices.len()];
+        for run in sorted.chunk_by(|a, b| a.0 == b.0) {
+            kept[run[0].2 as usize] = true;
+            for pair in run.windows(2) {
+                let turned = pair[1].1 != pair[0].1;
+                self.duplicates[usize::from(turned)].add(pair[1].2);
+                kept[pair[1].2 as usize] = turned;
+            }
+        }
+        kept
+    }
+
+    /// Judges an edge by its triangles.
+    fn judge(&mut self, data: &MeshData, run: &[(u64, u32)], open_corners: &mut Vec<u32>) {
+        self.edges += 1;
+        let forwards = run.iter().filter(|(_, triangle)| triangle & 1 == 0).count();
+        let (backwards, first) = (run.len() - forwards, run[0].1 >> 1);
+        match run.len() {
+            1 => {
+                self.open.add(first);
+                open_corners.push((run[0].0 >> 32) as u32);
+            }
+            2 if forwards == 1 => {
+                if self.edges.is_multiple_of((data.indices.len() as u64 / (4 * AIMED as u64)).max(1)) {
+                    self.shared.extend(shared_edge(data, [run[0].1 >> 1, run[1].1 >> 1]));
+                }
+            }
+            2 => {
+                self.flipped.add(first);
+                open_corners.push((run[0].0 >> 32) as u32);
+            }
+            // Bodies that touch along an edge have as many triangles each way.
+            _ if forwards == backwards => {}
+            _ => {
+                self.non_manifold.add(first);
+                open_corners.push((run[0].0 >> 32) as u32);
+            }
+        }
+    }
+}
+
+/// The edge of two triangles of one mesh, by places.
+fn shared_edge(data: &MeshData, [one, other]: [u32; 2]) -> Option<SharedEdge> {
+    let corners = |triangle: u32| data.indices[triangle as usize];
+    let same = |a: u32, b: u32| data.positions.at(a as usize) == data.positions.at(b as usize);
+    let [a, b] = [corners(one), corners(other)];
+    let mut common = a.into_iter().filter(|&corner| b.iter().any(|&o| same(corner, o)));
+    let ends = [common.next()?, common.next()?];
+    let apart = |of: [u32; 3]| of.into_iter().find(|&corner| !ends.iter().any(|&end| same(corner, end)));
+    Some(SharedEdge { ends, across: [apart(a)?, apart(b)?] })
+}
+
+/// Of each vertex the first one in the same place.
+fn welded(data: &MeshData) -> Vec<u32> {
+    let offsets = data.positions.offsets();
+    // Both zeros are one place.
+    let key = |vertex: u32| offsets[vertex as usize].map(|x| (x + 0.0).to_bits());
+    let mut order: Vec<([u32; 3], u32)> = (0..offsets.len() as u32).into_par_iter().map(|vertex| (key(vertex), vertex)).collect();
+    order.par_sort_unstable();
+    let mut first = vec![0; offsets.len()];
+    for run in order.chunk_by(|a, b| a.0 == b.0) {
+        run.iter().for_each(|&(_, vertex)| first[vertex as usize] = run[0].1);
+    }
+    first
+}
+
+/// The edges of the triangles that count, each as its lower and its upper corner, and twice its triangle, one more where it runs backwards.
+fn sorted_edges(indices: &[[u32; 3]], corners: &[u32], kept: &[bool]) -> Vec<(u64, u32)> {
+    let mut edges: Vec<(u64, u32)> = Vec::with_capacity(3 * indices.len());
+    for (i, triangle) in indices.iter().enumerate().filter(|(i, _)| kept[*i]) {
+        let [a, b, c] = triangle.map(|corner| corners[corner as usize]);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let key = u64::from(from.min(to)) << 32 | u64::from(from.max(to));
+            edges.push((key, 2 * i as u32 + u32::from(from > to)));
+        }
+    }
+    edges.par_sort_unstable();
+    edges
+}
+
+fn root(parents: &mut [u32], mut corner: u32) -> u32 {
+    while parents[corner as usize] != corner {
+        parents[corner as usize] = parents[parents[corner as usize] as usize];
+        corner = parents[corner as usize];
+    }
+    corner
+}
+
+fn join(parents: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (root(parents, a), root(parents, b));
+    parents[a.max(b) as usize] = a.min(b);
+}
+
+/// The connected parts.
+fn components(data: &MeshData, (corners, kept): (&[u32], &[bool]), parents: &mut [u32], open: &[u32]) -> Vec<Component> {
+    let mut places: HashMap<u32, usize> = HashMap::new();
+    let mut parts: Vec<Component> = Vec::new();
+    for (i, triangle) in data.indices.iter().enumerate().filter(|(i, _)| kept[*i]) {
+        let of = root(parents, corners[triangle[0] as usize]);
+        let place = *places.entry(of).or_insert_with(|| {
+            let bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+            parts.push(Component { triangles: 0, first: i as u32, volume: 0.0, bounds, is_closed: true });
+            parts.len() - 1
+        });
+        let [a, b, c] = triangle.map(|corner| DVec3::from(data.positions.offsets()[corner as usize].map(f64::from)));
+        let part = &mut parts[place];
+        part.triangles += 1;
+        part.volume += a.dot(b.cross(c)) / 6.0;
+        for corner in [a, b, c] {
+            part.bounds = [part.bounds[0].min(corner), part.bounds[1].max(corner)];
+        }
+    }
+    for &corner in open {
+        if let Some(&place) = places.get(&root(parents, corner)) {
+            parts[place].is_closed = false;
+        }
+    }
+    parts
+}

@@ -1,0 +1,132 @@
+//! Scenes with one fault each: it is found, by its name and as bad as it is, and nothing else is said to make the picture wrong.
+
+mod data;
+mod light;
+mod meshes;
+
+use raywright_core::scene::Scene;
+use raywright_core::stress::{Code, Effort, Finding, Report, Severity, stress};
+use raywright_core::{Settings, validate};
+use serde_json::{Value, json};
+
+use Severity::{Harmless, PictureWrong, SlowOrNoisy};
+
+/// The scene of some parts in place of those of one without a fault: a ball and a block under a grey sky.
+#[track_caller]
+fn scene(parts: &Value) -> Scene {
+    let mut all = json!({
+        "format": 1,
+        "render": { "size": [96, 54], "samples": 8, "integrator": "path" },
+        "cameras": [{ "pose": { "look_at": { "eye": [0.5, 1.5, 6], "target": [0, 0, 0] } },
+                      "projection": { "pinhole": { "vertical_fov": 40 } } }],
+        "sky": { "constant": 0.5 },
+        "materials": [paint("paint", json!({ "base_colour": 0.6 })), paint("other", json!({ "base_colour": [0.2, 0.5, 0.6] })),
+                      paint("glass", json!({ "transmission": 1, "roughness": 0 }))],
+        "objects": [object("ball", ball([-1.2, 0.0, 0.0], 1.0), "paint"),
+                    object("block", json!({ "box": { "min": [0.3, -1, -0.5], "max": [1.3, 0.4, 0.5] } }), "other")],
+    });
+    for (key, value) in parts.as_object().expect("parts") {
+        all[key] = value.clone();
+    }
+    let scene = serde_json::from_value(all).unwrap_or_else(|e| panic!("{e}\n{parts}"));
+    let problems = validate::validate(&scene);
+    assert!(problems.is_empty(), "{problems:?}");
+    scene
+}
+
+fn paint(name: &str, terms: Value) -> Value {
+    json!({ "name": name, "model": { "physical": terms } })
+}
+
+fn object(name: &str, shape: Value, material: &str) -> Value {
+    json!({ "name": name, "shape": shape, "material": material })
+}
+
+fn ball(centre: [f64; 3], radius: f64) -> Value {
+    json!({ "sphere": { "centre": centre, "radius": radius } })
+}
+
+fn quad(corner: [f64; 3], edge_u: [f64; 3], edge_v: [f64; 3]) -> Value {
+    json!({ "quad": { "corner": corner, "edge_u": edge_u, "edge_v": edge_v } })
+}
+
+#[track_caller]
+fn report(scene: &Scene) -> Report {
+    let effort = Effort { budget: core::time::Duration::from_secs(3600) };
+    stress(scene, &Settings::of(scene), &effort, &()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn listed(findings: &[Finding]) -> Vec<(&'static str, Severity, u64)> {
+    findings.iter().map(|found| (found.code.name(), found.severity, found.count)).collect()
+}
+
+/// The fault is found, and as bad as it is; of what makes the picture wrong nothing else is, but for what follows from it.
+#[track_caller]
+fn finds(scene: &Scene, code: Code, severity: Severity, follows: &[Code]) -> Finding {
+    let report = report(scene);
+    let all = listed(&report.findings);
+    let found = report.findings.iter().find(|found| found.code == code);
+    let found = found.unwrap_or_else(|| panic!("{} is not found: {all:?}", code.name())).clone();
+    assert_eq!(found.severity, severity, "{all:?}");
+    let others = report.findings.iter().filter(|other| other.code != code && other.severity == PictureWrong);
+    let strange: Vec<_> = others.filter(|other| !follows.contains(&other.code)).map(|other| other.code).collect();
+    assert!(strange.is_empty(), "{}: {all:?}", code.name());
+    assert!(!found.why.is_empty() && !found.remedy.is_empty() && !report.is_cut());
+    found
+}
+
+/// Protects: nothing is said of a scene without a fault, everything that was to be looked at is, and the same seed finds the same.
+#[test]
+fn a_scene_without_fault_has_no_findings() {
+    let clean = scene(&json!({}));
+    let first = report(&clean);
+    assert_eq!(listed(&first.findings), []);
+    assert!(first.checks.iter().all(|run| !run.is_cut()), "{:?}", first.checks);
+    assert_eq!(report(&clean), first);
+}
+
+/// Protects: each kind of finding has a name of its own, in small letters.
+#[test]
+fn names_are_names() {
+    let mut names: Vec<&str> = Code::ALL.iter().map(|code| code.name()).collect();
+    assert!(names.iter().all(|name| name.chars().all(|c| c.is_ascii_lowercase() || c == '-')));
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), Code::ALL.len());
+}
+
+/// Protects: ten faults of one scene are all found, the worst first.
+#[test]
+fn ten_faults_of_one_scene() {
+    let mut many = scene(&json!({
+        "lights": [{ "kind": { "point": { "position": [0, 50, 0], "range": 10 } }, "colour": 5 },
+                   { "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": 0.1 },
+                   { "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": 0.1 }],
+        "materials": [paint("paint", json!({ "base_colour": 1.4 })), paint("hidden", json!({ "alpha": { "mask": { "cutoff": 1.5 } } })),
+                      paint("glass", json!({ "transmission": 1, "roughness": 0 })), paint("rough", json!({ "roughness": "1.5 + 0*p.x" })),
+                      paint("lamp", json!({ "emission": 3 }))],
+        "objects": [object("ball", ball([-1.2, 0.0, 0.0], 1.0), "paint"), object("absent", ball([0.0, 2.0, 0.0], 0.3), "hidden"),
+                    object("pane", quad([0.2, -1.0, 1.0], [1.5, 0.0, 0.0], [0.0, 2.0, 0.3]), "glass"),
+                    object("dull", ball([1.2, 0.0, -0.5], 0.6), "rough"), object("dull again", ball([1.2, 0.0, -0.5], 0.6), "rough"),
+                    object("mote", ball([0.0, 0.5, 1.0], 1e-5), "lamp"), object("cube", json!({ "mesh": "cube" }), "rough")],
+        "meshes": [meshes::cube([0.0, -1.5, 0.0], |_, indices| indices.push([0, 0, 1]))],
+    }));
+    many.cameras[0].aspect = Some(3.0);
+    let found = report(&many).findings;
+    let expected = [
+        Code::EnergyMade,
+        Code::OpenBody,
+        Code::LightMissesScene,
+        Code::LampBelowPixel,
+        Code::DuplicateLight,
+        Code::DuplicateObject,
+        Code::InvisibleObject,
+        Code::ValuesOutOfRange,
+        Code::DegenerateTriangles,
+        Code::StretchedPicture,
+    ];
+    for code in expected {
+        assert!(found.iter().any(|found| found.code == code), "{}: {:?}", code.name(), listed(&found));
+    }
+    assert!(found.is_sorted_by_key(|found| found.severity));
+}

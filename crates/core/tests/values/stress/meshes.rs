@@ -1,0 +1,160 @@
+//! Faults of meshes, of bodies and of where things are.
+
+use super::*;
+
+/// A closed cube of two metres about a place, changed.
+pub(super) fn cube(at: [f64; 3], change: impl FnOnce(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>)) -> Value {
+    let sign = |i: usize, axis: usize| if i >> axis & 1 == 1 { 0.8 } else { -0.8 };
+    let mut positions: Vec<[f64; 3]> = (0..8).map(|i| core::array::from_fn(|axis| at[axis] + sign(i, axis))).collect();
+    let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let mut indices: Vec<[u32; 3]> = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    change(&mut positions, &mut indices);
+    json!({ "name": "cube", "source": { "inline": { "positions": positions, "indices": indices } } })
+}
+
+/// A scene with that cube of a material, and a side rule.
+fn with_cube(mesh: Value, material: &str, side: &str) -> Scene {
+    let mut cube = object("cube", json!({ "mesh": "cube" }), material);
+    cube["side"] = json!(side);
+    scene(&json!({ "meshes": [mesh], "objects": [cube, object("ball", ball([2.5, 0.0, -1.0], 0.7), "paint")] }))
+}
+
+fn plain(change: impl FnOnce(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>), material: &str, side: &str) -> Scene {
+    with_cube(cube([0.0; 3], change), material, side)
+}
+
+/// Protects: a closed cube of paint, of glass or with backs that are culled has no fault.
+#[test]
+fn a_closed_cube_has_no_findings() {
+    for (material, side) in [("paint", "both"), ("glass", "both"), ("paint", "culled")] {
+        let found = report(&plain(|_, _| {}, material, side)).findings;
+        assert_eq!(listed(&found), [], "{material} {side}");
+    }
+}
+
+/// Protects: triangles without area, there twice, and next to a line are found with the first of them and its place.
+#[test]
+fn single_triangles() {
+    let found = finds(&plain(|_, i| i.push([0, 0, 1]), "paint", "both"), Code::DegenerateTriangles, Harmless, &[]);
+    assert_eq!((found.count, found.of, found.primitive), (1, 13, Some(12)));
+    assert!(found.place.is_some_and(|[_, y, _]| (y + 0.8).abs() < 1e-6), "{:?}", found.place);
+    finds(&plain(|_, i| i.push(i[4]), "paint", "both"), Code::DuplicateTriangles, Harmless, &[]);
+    finds(&plain(|_, i| i.push(i[4]), "glass", "both"), Code::DuplicateTriangles, PictureWrong, &[]);
+    let sliver = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
+        p.extend([[-0.5, 1.0, 0.0], [0.5, 1.0, 0.0], [0.1, 1.000_01, 0.0]]);
+        i.push([8, 9, 10]);
+    };
+    finds(&plain(sliver, "paint", "both"), Code::SliverTriangles, Harmless, &[]);
+}
+
+/// Protects: a body of glass with a hole makes the picture wrong; so does one whose walls meet in threes or are turned over; of paint none of
+/// that is said to.
+#[test]
+fn bodies_of_glass_are_closed() {
+    let open = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i.truncate(10);
+    let found = finds(&plain(open, "glass", "both"), Code::OpenEdges, PictureWrong, &[]);
+    assert_eq!(found.count, 4);
+    assert!(report(&plain(open, "paint", "both")).findings.is_empty());
+    let fin = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
+        p.push([2.0, 2.0, 2.0]);
+        i.push([7, 5, 8]);
+    };
+    finds(&plain(fin, "glass", "both"), Code::NonManifoldEdges, PictureWrong, &[Code::OpenEdges]);
+    let turned = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i[10..].iter_mut().for_each(|t| t.swap(1, 2));
+    finds(&plain(turned, "glass", "both"), Code::FlippedTriangles, PictureWrong, &[]);
+}
+
+/// Protects: what is turned over makes the picture wrong where its back is hidden, and is harmless where both sides are shown.
+#[test]
+fn what_is_turned_over() {
+    let one = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i[10..].iter_mut().for_each(|t| t.swap(1, 2));
+    let all = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i.iter_mut().for_each(|t| t.swap(1, 2));
+    finds(&plain(one, "paint", "culled"), Code::FlippedTriangles, PictureWrong, &[]);
+    finds(&plain(one, "paint", "both"), Code::FlippedTriangles, Harmless, &[]);
+    finds(&plain(all, "paint", "culled"), Code::InsideOut, PictureWrong, &[]);
+    finds(&plain(all, "paint", "both"), Code::InsideOut, Harmless, &[]);
+    let mut cube = cube([0.0; 3], |_, _| {});
+    let inwards: Vec<[f64; 3]> =
+        (0..8).map(|i| core::array::from_fn(|axis| if i >> axis & 1 == 1 { -0.577 } else { 0.577 })).collect();
+    cube["source"]["inline"]["normals"] = json!(inwards);
+    finds(&with_cube(cube, "paint", "both"), Code::NormalsAgainstFaces, PictureWrong, &[]);
+}
+
+/// Protects: glass that is open by its shape, glass in glass, and what is there twice.
+#[test]
+fn bodies_of_shapes() {
+    let tube = json!({ "hyperboloid": { "centre": [0, 0, 0], "waist_radius": 0.8, "c": 1, "half_height": 0.7 } });
+    let alone = |objects: Value| scene(&json!({ "objects": objects }));
+    finds(&alone(json!([object("tube", tube, "glass")])), Code::OpenBody, PictureWrong, &[]);
+    let glass = |radius: f64| object("glass", ball([0.0; 3], radius), "glass");
+    finds(&alone(json!([glass(1.2), glass(0.6)])), Code::NestedGlass, PictureWrong, &[]);
+    finds(
+        &alone(json!([glass(1.2), glass(1.2)])),
+        Code::DuplicateObject,
+        PictureWrong,
+        &[Code::ClosedGap, Code::NestedGlass, Code::OpenBody],
+    );
+    let paint = || object("paint", ball([0.0; 3], 1.0), "paint");
+    finds(&alone(json!([paint(), paint()])), Code::DuplicateObject, Harmless, &[]);
+}
+
+/// Protects: two slanted sheets in one plane, of which rounding shows now one and now the other, make the picture wrong.
+#[test]
+fn surfaces_in_one_place() {
+    let (u, v) = ([0.71, 0.33, 0.29], [-0.37, 0.69, 0.17]);
+    // Far from a ball at zero, so that corners are stored with fewer digits than distances from the camera.
+    let away = [61.0, 43.0, 52.0];
+    let at = |s: f64, t: f64| -> [f64; 3] { core::array::from_fn(|axis| away[axis] + s * u[axis] + t * v[axis]) };
+    let sheet = |name: &str, [a, b]: [f64; 2], [c, d]: [f64; 2]| {
+        let positions = [at(a, c), at(b, c), at(b, d), at(a, d)];
+        json!({ "name": name, "source": { "inline": { "positions": positions, "indices": [[0, 1, 2], [0, 2, 3]] } } })
+    };
+    let mut scene = scene(&json!({
+        "meshes": [sheet("a", [-1.3, 1.1], [-1.2, 1.4]), sheet("b", [-1.17, 1.27], [-1.31, 1.13])],
+        "objects": [object("a", json!({ "mesh": "a" }), "paint"), object("b", json!({ "mesh": "b" }), "other"), object("ball", ball([0.0; 3], 1.0), "paint")],
+    }));
+    let look = json!({ "look_at": { "eye": [62.0, 42.0, 55.0], "target": away } });
+    scene.cameras[0].pose = serde_json::from_value(look).expect("a pose");
+    finds(&scene, Code::FlickeringSurfaces, PictureWrong, &[]);
+}
+
+/// Protects: what storing makes of small things far away is found, whichever way it is lost.
+#[test]
+fn small_things_far_away() {
+    let moved = |name: &str, at: [f64; 3], scale: f64| {
+        let mut far = object(name, json!({ "mesh": name }), "paint");
+        far["transform"] = json!([{ "scale": [scale, scale, scale] }, { "translate": at }]);
+        far
+    };
+    let named = |name: &str, mut mesh: Value| {
+        mesh["name"] = json!(name);
+        mesh
+    };
+    let cubes = || (0..4).map(|i| named(&format!("near{i}"), cube([3.0 * f64::from(i) - 4.0, 0.0, 0.0], |_, _| {})));
+    let near = || (0..4).map(|i| object("near", json!({ "mesh": format!("near{i}") }), "paint"));
+    let far = |mesh: Value, at: [f64; 3], scale: f64| {
+        let meshes: Vec<Value> = cubes().chain([named("far", mesh)]).collect();
+        let objects: Vec<Value> = near().chain([moved("far", at, scale)]).collect();
+        scene(&json!({ "meshes": meshes, "objects": objects }))
+    };
+    let scales = [Code::ExtremeScale];
+    finds(&far(cube([0.0; 3], |_, _| {}), [1e7, 1e7, 1e7], 1e-2), Code::LostObject, PictureWrong, &scales);
+    finds(&far(cube([0.0; 3], |_, _| {}), [1e7, 0.0, 0.0], 2.0), Code::UnresolvedObject, PictureWrong, &[Code::LostTriangles]);
+    let tiny = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
+        p.extend([[0.0, 1.5, 0.0], [1e-5, 1.5, 0.0], [0.0, 1.5, 1e-5]]);
+        i.push([8, 9, 10]);
+    };
+    finds(&far(cube([0.0; 3], tiny), [5e4, 0.0, 0.0], 100.0), Code::LostTriangles, PictureWrong, &[]);
+    let speck = json!({ "box": { "min": [1e6, 0, 0], "max": [1e6 + 1e-3, 1, 1] } });
+    let lost = scene(&json!({ "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), object("speck", speck, "paint")] }));
+    finds(&lost, Code::LostShape, PictureWrong, &[]);
+}
+
+/// Protects: a scene of a hundredth of a millimetre is named.
+#[test]
+fn unlikely_sizes() {
+    let mut small = scene(&json!({ "objects": [object("ball", ball([0.0; 3], 1e-5), "paint")], "cameras": [] }));
+    finds(&small, Code::ExtremeScale, Harmless, &[]);
+    small.objects[0].transform = vec![raywright_core::scene::TransformStep::Scale([1e5; 3])];
+    assert_eq!(listed(&report(&small).findings), []);
+}
