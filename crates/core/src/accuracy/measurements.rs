@@ -27,6 +27,8 @@ struct TileFigures {
     errors: TileErrors,
     /// Of the tile without its margin, for each round a part of their mean.
     seconds: Vec<f64>,
+    /// The tile's share, by pixels, of what the first round of its part took.
+    first_seconds: f64,
     rays: f64,
     /// Light before it was denoised.
     noisy_light: f64,
@@ -233,9 +235,31 @@ impl<'a> Measurements<'a> {
         rounds.map(|round| Unfinished::allow(self.renderer.take(setting, parts, round, end))).collect()
     }
 
+    /// What tracing takes in each tile, of a denoised setting whose parts are tiles with what is around them: as the same setting took that is not
+    /// denoised. Tiles are drawn where noise is, which takes longer than what is around it. Nothing of other settings.
+    fn noisy_seconds(&self, place: usize) -> Vec<f64> {
+        let of = &self.all[place];
+        if !self.is_denoised(&of.setting) || of.whole_seconds.is_some() {
+            return Vec::new();
+        }
+        let own = self.all.iter().find(|other| self.is_noisy_twin(&other.setting, &of.setting));
+        own.map_or(Vec::new(), |own| own.tiles.iter().map(|tile| tile.seconds.iter().sum()).collect())
+    }
+
+    /// Whether settings differ in that the second one is denoised.
+    fn is_noisy_twin(&self, noisy: &Setting, denoised: &Setting) -> bool {
+        let without = |setting: &Setting| setting.without(Ladder::Reconstruction);
+        without(noisy) == without(denoised) && !self.is_denoised(noisy)
+    }
+
     /// Judges renders of parts of the picture in one tile each, of which that part's time has a share.
     fn judge(&mut self, place: usize, renders: Vec<TileRenders<'_>>, beside: Option<&Setting>, keep: bool) {
         let other = beside.and_then(|setting| self.of(setting));
+        let noisy_seconds = self.noisy_seconds(place);
+        let seconds = |at: usize, share: f64, render: &TimedRender| match noisy_seconds.get(at) {
+            Some(tracing) => tracing + share * render.denoising,
+            None => share * render.seconds,
+        };
         let judged: Vec<(TileFigures, Vec<Picture>)> = renders
             .into_par_iter()
             .map(|(at, part, share, renders)| {
@@ -247,7 +271,8 @@ impl<'a> Measurements<'a> {
                 let noisy = pictures.iter().zip(&renders).map(|(picture, render)| light(picture) / render.brightened);
                 let figures = TileFigures {
                     errors: self.truths[at].judge(&pictures, by_chance, other, self.display),
-                    seconds: renders.iter().map(|render| share * render.seconds / count).collect(),
+                    seconds: renders.iter().map(|render| seconds(at, share, render) / count).collect(),
+                    first_seconds: share * renders[0].seconds,
                     rays: share * renders.iter().map(|render| render.rays as f64).sum::<f64>() / count,
                     noisy_light: noisy.sum::<f64>() / count,
                 };

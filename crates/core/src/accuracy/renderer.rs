@@ -94,8 +94,9 @@ pub(super) struct TimedRender {
     pub picture: Picture,
     /// Light of the denoised picture over that of the noisy one; one where it is not denoised.
     pub brightened: f64,
-    /// Seconds of all threads for rendering alone, and for preparing.
+    /// Seconds of all threads for rendering and denoising, for denoising alone, and for preparing.
     pub seconds: f64,
+    pub denoising: f64,
     pub preparing: f64,
     pub rays: u64,
     /// Whether other random numbers would have given another picture.
@@ -265,22 +266,33 @@ impl<'a> Renderer<'a> {
         end: Instant,
     ) -> Result<Vec<TimedRender>, Unfinished> {
         let until = self.until(end);
-        let render = |settings: &Settings| Rendered::of(&ready.expose_as(settings, &until), &until);
-        let renders = self.side_by_side(parts, settings, render, |rendered| rendered.counters.rays());
+        let films =
+            self.side_by_side(parts, settings, |settings| ready.expose_as(settings, &until), |film| film.counters().rays());
+        let mut renders = Vec::new();
+        let denoising = (self.stopwatch)(&mut || {
+            renders = films.par_iter().map(|(film, _)| Rendered::of(film, &until)).collect();
+            0
+        });
         let is_stopped = |rendered: &Rendered| matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled)));
-        if renders.iter().any(|(rendered, _)| !rendered.finished || is_stopped(rendered)) {
+        if renders.iter().any(|rendered| !rendered.finished || is_stopped(rendered)) {
             return Err(Unfinished::Late);
         }
-        let timed = |(rendered, seconds): (Rendered, f64)| TimedRender {
-            rays: rendered.counters.rays(),
-            brightened: rendered.denoised().map_or(1.0, |denoised| 1.0 + denoised.brightened),
-            picture: rendered.shown().clone(),
-            seconds,
-            preparing,
-            by_chance: ready.is_by_chance(),
-            geometry: ready.memory().geometry,
+        // A filter takes as long for each pixel.
+        let pixels: usize = renders.iter().map(|rendered| rendered.picture.pixels()).sum();
+        let timed = |(rendered, (_, tracing)): (Rendered, (Film, f64))| {
+            let denoising = denoising * rendered.picture.pixels() as f64 / pixels as f64;
+            TimedRender {
+                rays: rendered.counters.rays(),
+                brightened: rendered.denoised().map_or(1.0, |denoised| 1.0 + denoised.brightened),
+                picture: rendered.shown().clone(),
+                seconds: tracing + denoising,
+                denoising,
+                preparing,
+                by_chance: ready.is_by_chance(),
+                geometry: ready.memory().geometry,
+            }
         };
-        Ok(renders.into_iter().map(timed).collect())
+        Ok(renders.into_iter().zip(films).map(timed).collect())
     }
 
     fn until(&self, end: Instant) -> Deadline<'_> {

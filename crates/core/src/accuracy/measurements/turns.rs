@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::super::estimate::Interval;
 use super::super::renderer::{TimedRender, Unfinished};
 use super::super::setting::Setting;
-use super::{Figures, Measurements, TileFigures};
+use super::{Figures, Measurements};
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
@@ -63,9 +63,8 @@ impl Measurements<'_> {
             Some(seconds) => (Vec::new(), seconds),
             None => {
                 let tiles = tiles.min(of.tiles.len());
-                let first = |tile: &TileFigures| tile.seconds[0] * of.rounds as f64;
                 let parts: Vec<Crop> = (0..tiles).map(|at| self.part(setting, at)).collect();
-                (parts, of.tiles[..tiles].iter().map(first).sum())
+                (parts, of.tiles[..tiles].iter().map(|tile| tile.first_seconds).sum())
             }
         };
         let Some(renders) = Unfinished::allow(self.renderer.take(setting, &parts, 0, end))? else { return Ok(None) };

@@ -323,6 +323,33 @@ fn a_tile_is_a_part_of_the_picture() {
     }
 }
 
+/// Protects: by a clock of rays, to which a filter is nothing, a denoised tile takes what the noisy one takes, though what is around it is rendered
+/// too and takes another time.
+#[test]
+fn denoised_tiles_take_what_noisy_ones_take() {
+    let scene = lamp();
+    let settings = Settings { integrator: crate::scene::Integrator::Path, size: [160, 120], ..Settings::of(&scene) };
+    let (grid, end) = (Grid { size: settings.size, edge: 32, seed: 3 }, Instant::now() + Duration::from_secs(600));
+    let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
+    let (renderer, display) = (Renderer::new(&scene, &settings, &(), (stopwatch, &Instant::now)), Display::of(&scene.render));
+    let looks = renderer.look(grid, &[7, 8, 12], end).expect("time");
+    let sample = TileSample::new(grid, &looks);
+    let tiles: Vec<u32> = sample.order.iter().map(|look| look.tile).collect();
+    let mut exposure = renderer.reference(&Setting::default(), 64, grid, Start::default(), end).expect("time");
+    assert!(exposure.expose(&tiles, end));
+    let mut measurements = Measurements::new(&renderer, &sample, display);
+    measurements.learn(tiles.iter().map(|&tile| {
+        let crop = grid.tile(tile);
+        TruthTile::new([crop.width, crop.height], &exposure.film.means_of(tile).expect("rendered"), display)
+    }));
+    let (noisy, denoised) = (Setting::default(), Setting::one(Choice::parse("reconstruction=denoised").expect("a rung")));
+    for setting in [&noisy, &denoised] {
+        assert!(measurements.measure(setting, (2, 2), None, false, end).expect("a scene"));
+    }
+    let time = measurements.relative(&denoised, &noisy).expect("both").time.value;
+    assert!((time - 1.0).abs() < 1e-9, "{time}");
+}
+
 /// Protects: who stops a measurement gets what was measured by then; before there is a picture, that is nothing.
 #[test]
 fn what_was_measured_is_kept_when_it_is_stopped() {
