@@ -84,12 +84,12 @@ fn times_are_what_the_clock_says() {
 /// Whether the machine is busy with something else too.
 static IS_BUSY: AtomicBool = AtomicBool::new(false);
 
-/// Makes it busy while the setting in use is measured first.
+/// Makes it busy while the setting in use is measured, but in turns.
 struct Disturber;
 
 impl Listener for Disturber {
     fn step(&mut self, what: &str, _: f64) {
-        IS_BUSY.store(what == "as it is", Ordering::Relaxed);
+        IS_BUSY.store(what.ends_with("as it is"), Ordering::Relaxed);
     }
 }
 
