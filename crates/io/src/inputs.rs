@@ -6,6 +6,7 @@ use std::path::{Component, Path, PathBuf};
 
 use same_file::Handle;
 
+use crate::hash::SceneHash;
 use crate::output::{Place, fingerprint};
 
 /// Files that were read, and places that were named for files.
@@ -28,6 +29,20 @@ pub enum Clash {
 }
 
 impl Inputs {
+    /// SHA-256 of the names and the contents of all files that were read, as 64 hexadecimal digits: another one where any of them has changed, is
+    /// gone or is there again. It is worked out anew, so that it tells of files as they are now.
+    pub fn content_hash(&self) -> String {
+        let mut hash = SceneHash::default();
+        for path in &self.read {
+            hash.note(path.to_string_lossy().as_bytes());
+            match std::fs::read(path) {
+                Ok(bytes) => hash.note(&bytes),
+                Err(cause) => hash.note(format!("unread: {:?}", cause.kind()).as_bytes()),
+            }
+        }
+        hash.to_string()
+    }
+
     /// Adds a file that is read.
     pub fn read(&mut self, path: &Path) {
         self.read.insert(path.to_owned());

@@ -67,5 +67,5 @@ pub use inputs::{Clash, Inputs};
 pub use limits::{Limits, human_bytes};
 pub use load::{Input, LoadOptions, Loaded, ModelOptions, load, load_observed};
 pub use native::{Notation, Overrides};
-pub use source::{Format, SourceInfo, models_in};
+pub use source::{Format, SourceInfo, is_scene_or_model, models_in};
 pub use up::UpAxis;

@@ -135,10 +135,15 @@ pub fn models_in(folder: &Path) -> Vec<String> {
     let folder = if folder == Path::new("") { Path::new(".") } else { folder };
     let entries = std::fs::read_dir(folder).into_iter().flatten().take(MOST).flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-    let is_scene = |name: &str| name.ends_with(".scene.toml") || name.ends_with(".scene.json");
-    let mut names: Vec<String> = names.filter(|name| is_scene(name) || Format::of_model(Path::new(name)).is_some()).collect();
+    let mut names: Vec<String> = names.filter(|name| is_scene_or_model(Path::new(name))).collect();
     names.sort();
     names
+}
+
+/// Whether a file is a scene or a model by its name.
+pub fn is_scene_or_model(file: &Path) -> bool {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    name.ends_with(".scene.toml") || name.ends_with(".scene.json") || Format::of_model(file).is_some()
 }
 
 /// Where a scene came from.

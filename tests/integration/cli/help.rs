@@ -54,7 +54,7 @@ fn help_is_wrapped_by_the_width_of_the_terminal() {
     }
 }
 
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 15] = [
     "render",
     "merge",
     "explain",
@@ -65,6 +65,7 @@ const COMMANDS: [&str; 14] = [
     "bench",
     "stability",
     "stress",
+    "thumbs",
     "presets",
     "schema",
     "completions",

@@ -25,3 +25,4 @@ mod scenes;
 mod series;
 mod stability;
 mod stress;
+mod thumbs;

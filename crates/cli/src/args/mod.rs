@@ -13,6 +13,7 @@ mod render;
 mod scene;
 mod stability;
 mod stress;
+mod thumbs;
 
 pub use accuracy::AccuracyArgs;
 pub use bench::BenchArgs;
@@ -24,6 +25,7 @@ pub use render::{Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, Progr
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 pub use stability::StabilityArgs;
 pub use stress::{DeniedSeverity, StressArgs};
+pub use thumbs::ThumbsArgs;
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
@@ -129,6 +131,8 @@ pub enum Command {
     Stability(StabilityArgs),
     /// Find what of a scene makes its picture wrong or noisy: place, reason and remedy
     Stress(Box<StressArgs>),
+    /// Make a small picture of every model below a folder
+    Thumbs(ThumbsArgs),
     /// List the built-in scenes, or print one of them
     Presets(PresetsArgs),
     /// Print the JSON Schema of the scene format

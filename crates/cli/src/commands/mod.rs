@@ -14,6 +14,7 @@ mod presets;
 mod render;
 mod stability;
 mod stress;
+mod thumbs;
 
 use crate::args::Command;
 use crate::console::{self, Verbosity};
@@ -49,6 +50,7 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
         Command::Bench(args) => bench::run(&args, verbosity),
         Command::Stability(args) => stability::run(&args, verbosity),
         Command::Stress(args) => stress::run(&args, verbosity),
+        Command::Thumbs(args) => thumbs::run(&args, verbosity),
         Command::Presets(args) => presets::run(&args),
         Command::Schema => console::print(raywright_core::scene::SCHEMA),
         Command::Completions(args) => completions::run(&args),

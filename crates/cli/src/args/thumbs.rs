@@ -1,0 +1,29 @@
+//! Arguments of `thumbs`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// Arguments of `thumbs`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+One line for each model: its picture, and whether it is new or was there. A picture is made anew where any file that its model reads has changed, where another \
+size is asked for, or by another version of the program; OUT/thumbs.json remembers it. Models that can't be rendered are named, the \
+others are rendered all the same, and the exit code is the greatest one of them.
+
+Examples:
+  raywright thumbs models -o thumbnails
+  raywright thumbs . -o .thumbnails --size 512")]
+pub struct ThumbsArgs {
+    /// Folder whose scenes and models are shown, those in folders below too; names that begin with a dot are passed over
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+
+    /// Folder of the pictures, which has the same folders; it is made where it is not there
+    #[arg(short, long = "output", value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// Width and height in pixels
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub size: u32,
+}

@@ -1,0 +1,223 @@
+//! `thumbs`: a small picture of every model below a folder, made anew only where one of its files has changed.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::SystemTime;
+
+use raywright_core::display::Display;
+use raywright_core::framing::{FIELD_OF_VIEW, Silhouette};
+use raywright_core::settings::Sampling;
+use raywright_core::{Settings, denoise};
+use raywright_io::output::{Metadata, is_own_picture, write_atomically, write_png};
+use raywright_io::{Error, Format, Input, Inputs, LoadOptions, Loaded, is_scene_or_model, load};
+use serde::{Deserialize, Serialize};
+
+use crate::args::ThumbsArgs;
+use crate::console::{self, Verbosity};
+use crate::failure::{Exit, Failure};
+use crate::interrupt;
+use crate::origin;
+use crate::ready::prepared;
+use crate::threads::Threads;
+use crate::watch::Watch;
+
+/// Version of the layout of [`Index`].
+const FORMAT: u32 = 1;
+/// The file of the index among the pictures.
+const INDEX: &str = "thumbs.json";
+/// Most samples of a pixel.
+const SAMPLES: u32 = 16;
+/// Folders within folders that are looked into: links may lead around in circles.
+const DEEPEST: usize = 64;
+
+/// What pictures were made of.
+#[derive(Debug, Default, Deserialize, Serialize)]
+struct Index {
+    format: u32,
+    /// By the model's file below the folder.
+    thumbnails: BTreeMap<String, Thumbnail>,
+}
+
+/// What a picture was made of.
+#[derive(Debug, Deserialize, PartialEq, Serialize)]
+struct Thumbnail {
+    version: String,
+    size: u32,
+    /// Every file that was read for it.
+    files: Vec<PathBuf>,
+    /// Of their contents.
+    hash: String,
+}
+
+impl Thumbnail {
+    fn of(inputs: &Inputs, size: u32) -> Self {
+        let files = inputs.files().map(Path::to_owned).collect();
+        Self { version: env!("CARGO_PKG_VERSION").to_owned(), size, files, hash: inputs.content_hash() }
+    }
+
+    /// Whether it would be made the same way again.
+    fn is_current(&self, size: u32) -> bool {
+        let mut inputs = Inputs::default();
+        self.files.iter().for_each(|file| inputs.read(file));
+        *self == Self::of(&inputs, size)
+    }
+}
+
+/// Makes what is missing; one line a model.
+pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
+    let (stop, threads) = (interrupt::flag()?, Threads::new(None)?);
+    let mut models = models(args)?;
+    // The newest first: they are what someone waits for.
+    models.sort_by(|a, b| b.0.cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+    let index_file = args.output.join(INDEX);
+    let mut index = read_index(&index_file)?;
+    let (mut worst, mut failed) = (Exit::Done, 0);
+    for (_, model) in &models {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        match thumbnail(args, model, &mut index, (&threads, stop)) {
+            Ok((picture, is_new)) => console::print(format!("{} {}\n", if is_new { "new " } else { "same" }, picture.display()))?,
+            Err(failure) if failure.exit == Exit::Interrupted => break,
+            Err(failure) => {
+                console::tell(&failure.message);
+                failed += 1;
+                worst = if failure.exit as u8 > worst as u8 { failure.exit } else { worst };
+            }
+        }
+    }
+    write_index(&index_file, &index)?;
+    if stop.load(Ordering::Relaxed) {
+        return Err(Failure::new(Exit::Interrupted, "interrupted; the pictures that are there stay, and the next run goes on"));
+    }
+    if models.is_empty() {
+        verbosity.warn(format_args!("{}: no scene and no model is below it", args.folder.display()));
+    }
+    match failed {
+        0 => Ok(()),
+        n => Err(Failure::new(worst, format_args!("{n} of {} models have no picture", models.len()))),
+    }
+}
+
+/// Every model below the folder with the time of its last change, but for those among the pictures.
+fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
+    let (mut found, mut folders) = (Vec::new(), vec![(args.folder.clone(), 0)]);
+    let pictures = fs::canonicalize(&args.output).ok();
+    while let Some((folder, depth)) = folders.pop() {
+        let entries = match fs::read_dir(&folder) {
+            Ok(entries) => entries,
+            Err(cause) if depth == 0 => return Err(Error::read(&folder, &cause).into()),
+            // What is not to be read further down is passed over as a shell would.
+            Err(_) => continue,
+        };
+        for path in entries.flatten().map(|entry| entry.path()) {
+            let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+            let Ok(facts) = fs::metadata(&path) else { continue };
+            if facts.is_dir() {
+                let is_output = pictures.is_some() && fs::canonicalize(&path).ok() == pictures;
+                if !is_hidden && !is_output && depth < DEEPEST {
+                    folders.push((path, depth + 1));
+                }
+            } else if facts.is_file() && !is_hidden && is_scene_or_model(&path) {
+                found.push((facts.modified().unwrap_or(SystemTime::UNIX_EPOCH), path));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The picture of a model, and whether it was made now.
+fn thumbnail(
+    args: &ThumbsArgs,
+    model: &Path,
+    index: &mut Index,
+    (threads, stop): (&Threads, &AtomicBool),
+) -> Result<(PathBuf, bool), Failure> {
+    let below = model.strip_prefix(&args.folder).unwrap_or(model);
+    let (name, picture) = (below.to_string_lossy().into_owned(), picture_of(&args.output, below));
+    let is_ours = is_own_picture(&picture);
+    if is_ours && index.thumbnails.get(&name).is_some_and(|known| known.is_current(args.size)) {
+        return Ok((picture, false));
+    }
+    if picture.exists() && !is_ours {
+        let message = format!("cannot write {}: a file is there that is no picture by this program", picture.display());
+        return Err(Failure::new(Exit::File, message));
+    }
+    index.thumbnails.remove(&name);
+    let loaded = load(&Input::Path(model.to_owned()), &LoadOptions::default()).map_err(Failure::from)?;
+    render(&loaded, args.size, &picture, (threads, stop))?;
+    index.thumbnails.insert(name, Thumbnail::of(&loaded.inputs, args.size));
+    Ok((picture, true))
+}
+
+/// `a/b.glb` becomes `OUT/a/b.glb.png`, so that `b.obj` beside it has a picture of its own.
+fn picture_of(output: &Path, below: &Path) -> PathBuf {
+    let mut name = below.file_name().unwrap_or_default().to_owned();
+    name.push(".png");
+    output.join(below.with_file_name(name))
+}
+
+/// Renders a model whole, or a scene from its own camera, and writes it.
+fn render(loaded: &Loaded, size: u32, picture: &Path, (threads, stop): (&Threads, &AtomicBool)) -> Result<(), Failure> {
+    let own = Settings::of(&loaded.scene);
+    let sampling = match own.sampling {
+        Sampling::General(samples) => Sampling::General(samples.min(SAMPLES)),
+        fixed => fixed,
+    };
+    let is_model = !matches!(loaded.source.format, Format::Native(_));
+    let camera = is_model.then(|| {
+        let silhouette = Silhouette::of(&loaded.scene);
+        silhouette.frame(silhouette.front(), FIELD_OF_VIEW, 1.0)
+    });
+    let settings = Settings {
+        size: [size; 2],
+        sampling,
+        denoise: denoise::is_possible(sampling),
+        camera: camera.or(own.camera.clone()),
+        ..own
+    };
+    let watch = Watch::until(stop);
+    let rendered = threads.run(|| prepared(loaded, &settings, &watch).map(|ready| ready.render(&watch)))?;
+    if !rendered.finished {
+        return Err(Failure::new(Exit::Interrupted, "interrupted"));
+    }
+    let metadata = Metadata {
+        software: origin::SOFTWARE.to_owned(),
+        command: origin::command_line(),
+        scene_hash: loaded.hash.to_string(),
+        ..Metadata::default()
+    };
+    make_folder(picture)?;
+    Ok(write_png(picture, rendered.shown(), Display::of(&loaded.scene.render), &metadata)?)
+}
+
+/// Makes the folder of a file.
+fn make_folder(file: &Path) -> Result<(), Failure> {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    fs::create_dir_all(folder).map_err(|cause| Error::write(folder, &cause).into())
+}
+
+/// What earlier runs remember; nothing where there is none, or one of another version.
+fn read_index(file: &Path) -> Result<Index, Failure> {
+    let fresh = Index { format: FORMAT, ..Index::default() };
+    let text = match fs::read_to_string(file) {
+        Ok(text) => text,
+        Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => return Ok(fresh),
+        Err(cause) => return Err(Error::read(file, &cause).into()),
+    };
+    match serde_json::from_str::<Index>(&text) {
+        Ok(index) if index.format == FORMAT => Ok(index),
+        Ok(_) => Ok(fresh),
+        Err(cause) => {
+            let failure = Failure::new(Exit::Input, format_args!("{}: not what thumbs writes: {cause}", file.display()));
+            Err(failure.with_hint("name another folder with -o, or remove the file"))
+        }
+    }
+}
+
+fn write_index(file: &Path, index: &Index) -> Result<(), Failure> {
+    make_folder(file)?;
+    Ok(write_atomically(file, console::json(index).as_bytes())?)
+}

@@ -1,0 +1,73 @@
+//! `thumbs`: a picture of every model below a folder, made anew where something has changed.
+
+use std::time::{Duration, SystemTime};
+
+use crate::support::Desk;
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+
+/// Lines of standard output, in order.
+fn lines(desk: &Desk, args: &[&str]) -> Vec<String> {
+    let run = desk.run(&[&["thumbs", "models", "-o", "out"], args].concat());
+    run.exits_with(0).text().lines().map(str::to_owned).collect()
+}
+
+/// Protects: every model of every folder has a picture of its own, the newest first; a second run makes none; a file that a model reads, the
+/// size and a picture that is gone are reasons to make one, and only that one.
+#[test]
+fn pictures_are_made_where_something_changed() {
+    let desk = Desk::new();
+    let folder = desk.path("models");
+    std::fs::create_dir_all(folder.join("deep/.hidden")).expect("folders");
+    let put = |name: &str, text: &str, age: u64| {
+        std::fs::write(folder.join(name), text).expect("a file");
+        let file = std::fs::File::options().write(true).open(folder.join(name)).expect("the file");
+        file.set_modified(SystemTime::UNIX_EPOCH + Duration::from_secs(1_000_000 - age)).expect("its time");
+    };
+    let with_library = "mtllib a.mtl\nusemtl m\n".to_owned() + SQUARE;
+    put("a.obj", &with_library, 30);
+    put("a.mtl", "newmtl m\nKd 0.8 0.1 0.1\n", 0);
+    put("deep/a.obj", SQUARE, 10);
+    put(
+        "deep/a.stl",
+        "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nendloop\nendfacet\nendsolid\n",
+        20,
+    );
+    put("deep/.hidden/b.obj", SQUARE, 0);
+    put("notes.txt", "no model", 0);
+    let all = |states: [&str; 3]| {
+        let names = ["deep/a.obj", "deep/a.stl", "a.obj"];
+        states.iter().zip(names).map(|(state, name)| format!("{state} out/{name}.png")).collect::<Vec<_>>()
+    };
+    assert_eq!(lines(&desk, &["--size", "32"]), all(["new ", "new ", "new "]));
+    let picture = desk.picture("out/a.obj.png");
+    assert_eq!((picture.width, picture.height), (32, 32));
+    assert!(picture.rgb.iter().any(|[r, g, _]| *r > 2.0 * g), "the material's red");
+    assert_eq!(lines(&desk, &["--size", "32"]), all(["same", "same", "same"]));
+    put("a.mtl", "newmtl m\nKd 0.1 0.1 0.8\n", 0);
+    assert_eq!(lines(&desk, &["--size", "32"]), all(["same", "same", "new "]));
+    std::fs::remove_file(desk.path("out/deep/a.obj.png")).expect("a picture");
+    assert_eq!(lines(&desk, &["--size", "32"]), all(["new ", "same", "same"]));
+    assert_eq!(lines(&desk, &["--size", "48"]), all(["new ", "new ", "new "]));
+}
+
+/// Protects: a model that can't be rendered is named and keeps no other one away, the exit code is the worst; a file that is not ours is not
+/// replaced; pictures that lie below the folder are no models of the next run; an index of somebody else is refused.
+#[test]
+fn what_fails_keeps_nothing_away() {
+    let desk = Desk::new();
+    std::fs::create_dir_all(desk.path("models")).expect("a folder");
+    desk.write("models/good.obj", SQUARE);
+    desk.write("models/broken.glb", "glTF");
+    let run = desk.run(&["thumbs", "models", "-o", "models/out", "--size", "16"]);
+    run.exits_with(3).says_like("broken.glb");
+    run.says_like("1 of 2 models have no picture");
+    assert_eq!(run.text(), "new  models/out/good.obj.png\n");
+    std::fs::remove_file(desk.path("models/broken.glb")).expect("the file");
+    std::fs::write(desk.path("models/out/good.obj.png"), "mine").expect("a file");
+    desk.run(&["thumbs", "models", "-o", "models/out", "--size", "16"]).exits_with(4).says_like("no picture by this program");
+    assert_eq!(std::fs::read(desk.path("models/out/good.obj.png")).expect("the file"), b"mine");
+    std::fs::write(desk.path("models/out/thumbs.json"), "[]").expect("a file");
+    desk.run(&["thumbs", "models", "-o", "models/out"]).exits_with(3).says_like("not what thumbs writes");
+    desk.run(&["thumbs", "none", "-o", "out"]).exits_with(4);
+}
