@@ -78,11 +78,13 @@ pub(super) struct Measurements<'a> {
     pub pilots: Option<PilotPair>,
     /// Denoised pictures of so many samples are rendered whole.
     pub whole_samples: u32,
+    /// Whether settings were to be timed in turns.
+    has_turned: bool,
 }
 
 impl<'a> Measurements<'a> {
     pub fn new(renderer: &'a Renderer<'a>, sample: &'a TileSample, display: Display) -> Self {
-        Self { renderer, sample, display, truths: Vec::new(), all: Vec::new(), pilots: None, whole_samples: 0 }
+        Self { renderer, sample, display, truths: Vec::new(), all: Vec::new(), pilots: None, whole_samples: 0, has_turned: false }
     }
 
     /// Takes what the reference has of the next tiles.
