@@ -164,11 +164,12 @@ impl<'a> Session<'a> {
         let own_errors = self.rungs(&plan, &mut measurements, listener)?;
         let known = self.walks(&plan, &mut measurements, listener)?;
         self.again(&known, &mut measurements, &mut exposure, listener)?;
-        self.turns(&known, &mut measurements, listener)?;
-        let prices = self.prices(&measurements, listener)?;
         let own = Setting::default();
         let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
+        // Before what ends by the clock: how long it takes, pixels say.
         let outputs = outputs(&measurements.kept(&own), pixels, self.display, settings.output, self.stopwatch);
+        self.turns(&known, &mut measurements, listener)?;
+        let prices = self.prices(&measurements, listener)?;
         let costs = self.costs(listener)?;
         let Some(own_measured) = measurements.measured(&own, &own) else {
             return Err(renderer.explained(PrepareError::Cancelled));
