@@ -12,7 +12,7 @@ use core::ops::Range;
 
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
-use crate::scalar::Real;
+use crate::scalar::{Real, Vector};
 use crate::shapes::{PreparedRay, Shape, ShapeHit};
 use crate::slot::{Kind, Slot};
 use crate::stats::{TraversalCounter, TraversalStats};
@@ -32,11 +32,21 @@ struct SlotHit<R> {
     inner: u32,
 }
 
+/// Whether all numbers of a ray are finite, and so is their sum. One of NaN enters every box, and would hit nothing for the price of a scan.
+#[inline(always)]
+fn is_sound<R: Real>(ray: &Ray<R>) -> bool {
+    let sums = ray.origin + ray.direction;
+    (sums.x() + sums.y() + sums.z()).abs() < R::INFINITY
+}
+
 impl<R: Real> Geometry<R> {
     /// The nearest hit with `range.min < t < range.max`; of hits at the same distance the one of the lowest object, and of
     /// those the lowest primitive.
     #[inline(never)]
     pub fn closest<T: TraversalCounter>(&self, ray: &Ray<R>, range: Interval<R>, tally: &mut T) -> Option<Hit<R>> {
+        if !is_sound(ray) {
+            return None;
+        }
         let Some(bvh) = self.lanes() else {
             return self.closest_prepared(ray, range, tally).map(|found| self.named(&found));
         };
@@ -86,6 +96,9 @@ impl<R: Real> Geometry<R> {
         ask: &mut dyn FnMut(&Hit<R>) -> bool,
         tally: &mut T,
     ) -> bool {
+        if !is_sound(ray) {
+            return false;
+        }
         let mut accept = |found: SlotHit<R>| ask(&self.named(&found));
         let query = AnyHit::<_, true> { range, accept: &mut accept };
         match self.lanes() {

@@ -1,5 +1,6 @@
 //! The tree, for every builder preset, and both scans answer every query with the same bits.
 
+mod extremes;
 mod moving;
 mod objects;
 
@@ -180,28 +181,6 @@ fn t02_zeros_of_either_sign_are_one_direction() {
     assert!((500..2000).contains(&met), "{met} rays met something");
 }
 
-/// Protects: many identical primitives build quickly into a shallow tree and the lowest id wins.
-#[test]
-fn t11_coincident_primitives() {
-    let mut group = PrimitiveSet::<f32>::default();
-    for _ in 0..10_000 {
-        group.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default()).unwrap();
-    }
-    let tree = Geometry::new(group, AcceleratorKind::default());
-    let ray = Ray::new(Vec3::new(0.25, 0.25, 3.0), Vec3::NEG_Z);
-    let hit = tree.closest(&ray, Interval::positive(), &mut ()).unwrap();
-    assert_eq!((hit.object, hit.t), (0, 3.0));
-}
-
-/// Protects: a primitive with a coordinate that is not finite is refused with a typed error, before any build.
-#[test]
-fn t13_not_finite_is_refused() {
-    let mut group = PrimitiveSet::<f32>::default();
-    assert!(group.triangle([Vec3::NAN, Vec3::X, Vec3::Y], Visibility::default()).is_err());
-    assert!(group.sphere(Sphere { centre: Vec3::ZERO, radius: f32::INFINITY }, Visibility::default()).is_err());
-    assert!(group.is_empty());
-}
-
 /// Protects: a mesh that is refused for one of its triangles leaves nothing behind of those before it, and takes no number.
 #[test]
 fn refused_meshes_leave_nothing() {
@@ -213,29 +192,6 @@ fn refused_meshes_leave_nothing() {
     let geometry = Geometry::new(group, AcceleratorKind::default());
     let met = |x: f32| geometry.closest(&Ray::new(Vec3::new(x, 0.2, 1.0), Vec3::NEG_Z), Interval::positive(), &mut ());
     assert!(met(0.2).is_none() && met(5.2).is_some_and(|hit| (hit.object, hit.primitive) == (0, 0)));
-}
-
-/// Protects: rays of NaN or infinity end without a hit.
-#[test]
-fn t18_rays_that_are_not_finite_hit_nothing() {
-    for kind in kinds() {
-        let geometry = Geometry::new(mixed(9, 101), kind);
-        not_finite_misses(&geometry);
-    }
-}
-
-fn not_finite_misses(geometry: &Geometry<f32>) {
-    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        // Not a number on every axis: such a ray enters even boxes that are empty.
-        let ray = Ray::new(Vec3::splat(bad), Vec3::splat(bad));
-        assert_eq!(geometry.closest(&ray, Interval::positive(), &mut ()), None, "{ray:?}");
-        for lane in 0..6 {
-            let mut v = [0.1, 0.2, 0.3, 0.6, 0.0, 0.8];
-            v[lane] = bad;
-            let ray = Ray::new(Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]));
-            assert_eq!(geometry.closest(&ray, Interval::positive(), &mut ()), None, "{ray:?}");
-        }
-    }
 }
 
 /// Protects: both precisions agree on an easy case, so that none of them is wired to the wrong formulas.
