@@ -183,4 +183,24 @@ mod tests {
             }
         }
     }
+
+    /// Protects: at the seam, on the −x side, u goes from next to nothing to next to one, and is in [0, 1] on it, with zeros of either sign.
+    #[test]
+    fn s19_coordinates_meet_at_the_seam() {
+        let ball = AnyShape::from(Sphere::<f32> { centre: Vec3::ZERO, radius: 1.0 });
+        for x in [-0.9_f32, -0.5, -1e-3] {
+            for step in [1e-2_f32, 1e-4, 1e-6, 1e-8] {
+                let [above, below] = [step, -step].map(|z| seen(&ball, x, z, 1.0).0);
+                let turn = f64::from(step).atan2(-f64::from(x)) / core::f64::consts::TAU;
+                assert!(
+                    (above.min(below) - turn).abs() < 1e-6 && (1.0 - above.max(below) - turn).abs() < 1e-6,
+                    "{above} and {below} at {step:e}"
+                );
+            }
+            for z in [0.0, -0.0] {
+                let (u, v) = seen(&ball, x, z, 1.0);
+                assert!((u == 0.0 || u == 1.0) && (0.0..=1.0).contains(&v), "{u} on the seam");
+            }
+        }
+    }
 }

@@ -146,6 +146,23 @@ fn m06_a_mirror_shows_a_lamp_once() {
     all_see(&scene, AT, 4, [4.0; 3], "a lamp in a mirror");
 }
 
+/// Protects: through a pane of glass a floor is seen that a light without size lights: by as much as the two faces let through, there and back between them, once
+/// and by every way of finding light; and a mirror shows that floor as often.
+#[test]
+fn m06_glass_shows_what_a_light_without_size_lights() {
+    let [eye, target] = [[0.0, 5.0, 0.0], [0.0, 0.0, 0.0]];
+    let sunlight = [0.6, 0.8, 0.0];
+    // Beside the eye and not in the light's way.
+    let pane = json!({ "shape": { "box": { "min": [-0.1, 4.8, -0.1], "max": [0.1, 4.9, 0.1] } }, "material": "pane" });
+    let model = physical(json!({ "transmission": 1, "roughness": 0, "ior": 1.5 }));
+    let parts = json!({ "lights": [sun(sunlight)], "materials": [{ "name": "pane", "model": model }], "objects": [pane] });
+    let scene = floor(classic(json!({ "colour": 0.5 })), parts);
+    let face = 0.04;
+    let lit =
+        pixel(&floor(classic(json!({ "colour": 0.5 })), json!({ "lights": [sun(sunlight)] })), &settings(&scene, [eye, target]));
+    all_see(&scene, [eye, target], 16, lit.map(|l| l * (1.0 - face) / (1.0 + face)), "a pane");
+}
+
 /// Protects: glass takes nothing away: a ball of it, whole and hollow, shows an even sky as it is.
 #[test]
 fn glass_keeps_all_light() {

@@ -203,7 +203,21 @@ fn tiles_grow_by_two_at_most() {
     }
 }
 
-/// Protects: pictures of rare bright samples are as bright as the truth on average, to a fifth of their standard error.
+/// Protects: a tile whose first samples were all black, beside others that vary, is not given up: it is sampled in every round's reach, at a sixth of what the
+/// others have at least.
+#[test]
+fn m14_black_tiles_are_not_given_up() {
+    let mut film = row(6, 65_536);
+    let loud = known(|_| 2.0);
+    for _ in 0..12 {
+        take(&mut film, |replicate, tile, n| if tile == 2 { 0.0 } else { loud(replicate, tile, n) });
+        assert_eq!(film.aim(1e-3, &()), Aim::Further);
+    }
+    let [black, other] = [2, 5].map(|tile| film.goal(tile, 0));
+    assert!(black >= 16 && 6 * black >= other, "{black} and {other}");
+}
+
+/// Protects: pictures of rare bright samples are as bright as the truth on average, to a fifth of their standard error and a hundredth of the truth.
 #[test]
 fn m14_rare_light_is_not_lost() {
     const RUNS: u64 = 300;
@@ -235,7 +249,8 @@ fn m14_rare_light_is_not_lost() {
     let mean = means.iter().sum::<f64>() / RUNS as f64;
     let spread = (means.iter().map(|m| (m - mean) * (m - mean)).sum::<f64>() / RUNS as f64).sqrt();
     let bias = (mean - bright * chance) / spread;
-    assert!(bias.abs() < 0.2, "{bias} standard errors");
+    let share = mean / (bright * chance) - 1.0;
+    assert!(bias.abs() < 0.2 && share.abs() <= 0.01, "{bias} standard errors, {share} of the truth");
 }
 
 fn settings() -> Settings {

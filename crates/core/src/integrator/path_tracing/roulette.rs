@@ -16,19 +16,25 @@ impl<R: Real> PathState<R> {
     /// The greatest chance to go on at the vertex in the making; infinite where chance has no say.
     #[inline(always)]
     pub fn most_survival(&self, roulette: Roulette) -> R {
-        // Before the fourth segment, chance costs more noise than it saves time in most scenes.
-        let first = match roulette {
-            Roulette::Early => 1,
-            Roulette::Late => 4,
-            Roulette::Off => ENDS_FROM,
-        };
-        if self.traced < first {
-            R::INFINITY
-        } else if self.traced < ENDS_FROM {
-            R::ONE
-        } else {
-            R::from_f64(GOES_ON)
-        }
+        most_survival(self.traced, roulette)
+    }
+}
+
+/// The same of a path of so many segments.
+#[inline(always)]
+fn most_survival<R: Real>(traced: u32, roulette: Roulette) -> R {
+    // Before the fourth segment, chance costs more noise than it saves time in most scenes.
+    let first = match roulette {
+        Roulette::Early => 1,
+        Roulette::Late => 4,
+        Roulette::Off => ENDS_FROM,
+    };
+    if traced < first {
+        R::INFINITY
+    } else if traced < ENDS_FROM {
+        R::ONE
+    } else {
+        R::from_f64(GOES_ON)
     }
 }
 
@@ -86,6 +92,36 @@ mod tests {
         }
         for nothing in [DVec3::ZERO, DVec3::NAN, DVec3::new(1.0, f64::NAN, 0.0), DVec3::INFINITY] {
             assert!([1.0, f64::INFINITY].iter().all(|&most| !survive::<f64>(nothing, most, 0.0).1), "{nothing}");
+        }
+    }
+
+    /// Paths that carry from a thousandth to 1e-30 of what came, or nearly all of it: the chance is above zero and at most one, and what goes on counts for
+    /// what ends, as exactly as numbers are.
+    fn is_unbiased<R: Real>() {
+        for (share, most) in
+            [1e-3, 1e-10, 1e-20, 1e-30, 0.999_999, 1.0, 7.0].into_iter().flat_map(|share| [(share, 1.0), (share, GOES_ON)])
+        {
+            let throughput = R::Vec3::from_f64(DVec3::new(share, 0.5 * share, 0.0));
+            let survival = R::from_f64(share).min(R::from_f64(most));
+            let below = R::from_f64(survival.to_f64() * (1.0 - 1e-6));
+            let (left, goes_on) = survive::<R>(throughput, R::from_f64(most), below);
+            assert!(goes_on && survival > R::ZERO && survival <= R::ONE, "{share:e} at {most}");
+            let mean = left.to_f64() * survival.to_f64();
+            let off = (mean - throughput.to_f64()).abs().max_element() / share;
+            assert!(off <= 4.0 * R::ROUNDOFF.to_f64(), "{share:e} at {most}: {off:e} off");
+            assert!(!survive::<R>(throughput, R::from_f64(most), survival).1, "{share:e} at {most} never ends");
+        }
+    }
+
+    /// Protects: whatever little or much a path carries, what chance takes of it is made good by what it leaves, in both precisions; and however bright it stays, from
+    /// the 64th segment on it may end, by every rule.
+    #[test]
+    fn m07_next_to_nothing_and_all() {
+        is_unbiased::<f32>();
+        is_unbiased::<f64>();
+        for rule in [Roulette::Early, Roulette::Late, Roulette::Off] {
+            let may_end = |most: f64| most > 0.0 && most < 1.0;
+            assert!((ENDS_FROM..200).all(|traced| may_end(most_survival(traced, rule))), "{rule:?}");
         }
     }
 }

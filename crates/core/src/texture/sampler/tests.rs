@@ -95,7 +95,7 @@ fn s19_texels_are_the_ones_that_counting_finds() {
 
 /// Protects: what is not a number, or not finite, reads some texel of the image.
 #[test]
-fn any_coordinate_reads_a_texel() {
+fn s19_any_coordinate_reads_a_texel() {
     for filter in [Filter::Nearest, Filter::Bilinear] {
         for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp] {
             for u in [f32::NAN, f32::INFINITY, -f32::INFINITY, f32::MAX, f32::MIN, f32::MIN_POSITIVE, -f32::MIN_POSITIVE] {
@@ -111,7 +111,7 @@ fn any_coordinate_reads_a_texel() {
 
 /// Protects: a filtered repeating texture has no seam. Its values differ by five at most, so its slope is below 25 a turn.
 #[test]
-fn a_repeating_texture_is_continuous_at_its_seam() {
+fn s19_a_repeating_texture_is_continuous_at_its_seam() {
     let sampler = sampler::<f64>(Filter::Bilinear, [Wrap::Repeat; 2]);
     for seam in [-1.0, 0.0, 1.0, 2.0] {
         for step in [1e-3, 1e-6, 1e-9] {
