@@ -20,7 +20,7 @@ mod models;
 mod reference;
 mod reports;
 mod room;
-mod scaling;
 mod stability;
 mod support;
+mod symmetry;
 mod uv_sets;

@@ -9,13 +9,13 @@ use raywright::io::{Input, LoadOptions, Overrides, load};
 
 use crate::support::Desk;
 
-const SCENE: &str = include_str!("scaling.scene.toml");
+const SCENE: &str = include_str!("scales.scene.toml");
 
 /// The scene with lengths times 2ᵏ.
 fn scaled(desk: &Desk, k: i32) -> Scene {
     let overrides = Overrides { at: None, set: vec![("s".to_owned(), 2.0_f64.powi(k))] };
     let options = LoadOptions { overrides, ..LoadOptions::default() };
-    load(&Input::Path(desk.path("scaling.scene.toml")), &options).unwrap_or_else(|e| panic!("2^{k}: {e}")).scene
+    load(&Input::Path(desk.path("scales.scene.toml")), &options).unwrap_or_else(|e| panic!("2^{k}: {e}")).scene
 }
 
 fn picture(scene: &Scene, precision: PrecisionChoice) -> Picture {
@@ -39,7 +39,7 @@ fn different(a: &Picture, b: &Picture, unit: f32) -> usize {
 
 fn hold(precision: PrecisionChoice) {
     let desk = Desk::new();
-    desk.write("scaling.scene.toml", SCENE);
+    desk.write("scales.scene.toml", SCENE);
     let first = picture(&scaled(&desk, 0), precision);
     assert!(first.rgb.iter().flatten().all(|x| x.is_finite()), "{precision:?}: the picture has numbers that are none");
     let failures: Vec<String> = [-30, -20, -10, -3, -1, 1, 2, 5, 10, 20, 30]

@@ -1,0 +1,209 @@
+//! Two renders that should be one: of scenes that differ in nothing that is seen, and how far their pictures are apart.
+
+use core::fmt;
+
+use glam::DVec3;
+use raywright::bvh::stability::judge::Random;
+use raywright::core::picture::Picture;
+use raywright::core::scene::{Object, Pattern, Scene, Shape};
+use raywright::core::settings::{Aov, PrecisionChoice, Sampling};
+use raywright::core::{Settings, prepare};
+
+use super::retold::retold;
+use super::worlds::{Contents, Layout, world};
+
+/// Width and height of a picture, of which mirrored columns have opposite coordinates to the bit.
+pub const SIZE: [u32; 2] = [64, 48];
+
+/// How far pictures may be apart.
+#[derive(Clone, Copy, Debug)]
+struct Bound {
+    /// The largest difference of a pixel that counts as none, in any unit of the picture.
+    tolerance: f32,
+    /// Share of the pixels that may be apart by more.
+    share: f64,
+}
+
+impl Bound {
+    /// No bit.
+    const EXACT: Self = Self { tolerance: 0.0, share: 0.0 };
+    /// What a rounding decides may be decided otherwise: the edges of shadows and of what is seen in mirrors.
+    const ROUNDED: Self = Self { tolerance: 1e-3, share: 0.02 };
+}
+
+/// A way to say a scene differently.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Symmetry {
+    /// Every length times a power of two.
+    Scaled,
+    /// Far away, and farther by a power of two.
+    Moved,
+    /// Objects in another order; what gives off light in its own.
+    Reordered,
+    /// Triangles of meshes in another order.
+    Shuffled,
+    /// Meshes divided in two objects.
+    Split,
+    /// A mesh of its own for each object that shares one.
+    Copied,
+    /// Left and right exchanged.
+    Mirrored,
+    /// The axes exchanged in a circle.
+    Turned,
+}
+
+impl Symmetry {
+    /// All of them.
+    pub const ALL: [Self; 8] =
+        [Self::Scaled, Self::Moved, Self::Reordered, Self::Shuffled, Self::Split, Self::Copied, Self::Mirrored, Self::Turned];
+
+    /// Those that say any scene differently, not only one that was made for it.
+    pub const OF_ANY: [Self; 4] = [Self::Reordered, Self::Shuffled, Self::Split, Self::Copied];
+
+    /// How far the pictures of a scene may be apart. Under exchanged axes products are summed in another order. What is shared is met by a ray of its own space,
+    /// and what is not is moved to the world before it is rounded; that is the same where nothing is moved.
+    fn bound(self, scene: &Scene) -> Bound {
+        let is_moved = |object: &Object| matches!(object.shape, Shape::Mesh(_)) && !object.transform.is_empty();
+        match self {
+            Self::Mirrored | Self::Turned => Bound::ROUNDED,
+            Self::Split | Self::Copied if scene.objects.iter().any(is_moved) => Bound::ROUNDED,
+            _ => Bound::EXACT,
+        }
+    }
+
+    /// Whether pixels lie otherwise in the picture, or light that chance has a part in is drawn otherwise: then what the middle of each pixel sees is compared.
+    fn turns(self) -> bool {
+        matches!(self, Self::Mirrored | Self::Turned)
+    }
+
+    /// A scene twice.
+    fn of_world(self, seed: u64) -> [Shown; 2] {
+        let random = &mut Random::new(seed, 2);
+        let contents = if self.turns() { Contents::Turnable } else { Contents::All };
+        // From a millionth to a thousand million metres.
+        let unit = 2.0_f64.powi(random.between(-20.0, 30.0) as i32);
+        let own = Layout { unit, ..Layout::default() };
+        let shown = |layout: Layout| Shown {
+            unit: layout.unit,
+            flipped: layout.signs.x < 0.0,
+            ..Shown::of(world(seed, contents, &layout))
+        };
+        let other = match self {
+            Self::Scaled => Layout { unit: unit * 2.0_f64.powi(random.pick(&[-7, -2, 3, 10])), ..own },
+            Self::Mirrored => Layout { signs: DVec3::new(-1.0, 1.0, 1.0), ..own },
+            Self::Turned => Layout { axes: random.pick(&[[1, 2, 0], [2, 0, 1]]), ..own },
+            Self::Moved => {
+                let far = unit * DVec3::new(random.pick(&[-1.0, 1.0]) * 65536.0, 0.0, 131_072.0);
+                let by = unit * DVec3::new(random.pick(&[-1.0, 1.0]) * 1_048_576.0, 0.0, 524_288.0);
+                return [shown(Layout { offset: far, ..own }), shown(Layout { offset: far + by, ..own })];
+            }
+            _ => {
+                let scene = world(seed, contents, &own);
+                return [Shown::of(scene.clone()), Shown::of(retold(self, scene, seed))];
+            }
+        };
+        [shown(own), shown(other)]
+    }
+}
+
+/// A scene and how its picture is to be read.
+struct Shown {
+    scene: Scene,
+    /// Metres of depths.
+    unit: f64,
+    /// Its columns run the other way.
+    flipped: bool,
+}
+
+impl Shown {
+    fn of(scene: Scene) -> Self {
+        Self { scene, unit: 1.0, flipped: false }
+    }
+}
+
+/// How far two pictures are apart.
+#[derive(Clone, Debug)]
+pub struct Apart {
+    /// What was compared.
+    pub what: String,
+    /// Share of the pixels that are apart by more than the tolerance of their symmetry.
+    pub share: f64,
+    /// The largest difference.
+    pub worst: f32,
+    /// The first pixel that is apart, and the channels there in both.
+    pub first: Option<String>,
+    /// Whether this is as it should be.
+    pub holds: bool,
+}
+
+impl fmt::Display for Apart {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let first = self.first.as_deref().unwrap_or("nowhere");
+        write!(f, "{}: {:.2} % of the pixels are apart, by up to {:e}; {first}", self.what, 100.0 * self.share, self.worst)
+    }
+}
+
+fn picture(shown: &Shown, symmetry: Symmetry, precision: PrecisionChoice) -> Picture {
+    let scene = &shown.scene;
+    let few = scene.render.pattern.is_none().then_some(2);
+    let sampling = if symmetry.turns() { Sampling::Pattern(Pattern::Centre) } else { Sampling::resolve(scene, few) };
+    let aovs = vec![Aov::Depth, Aov::Albedo];
+    let settings = Settings { size: SIZE, precision, aovs, sampling, max_depth: 5, ..Settings::of(scene) };
+    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+}
+
+/// All channels of a pixel, with depths in the scene's unit.
+fn channels(picture: &Picture, shown: &Shown, at: usize) -> Vec<f32> {
+    let [width, column] = [picture.width as usize, at % picture.width as usize];
+    let at = if shown.flipped { at - column + (width - 1 - column) } else { at };
+    let layer = |layer: &raywright::core::picture::Layer| {
+        // −1 where nothing is hit.
+        let is_depth = layer.name == "depth.Z" && layer.samples[at] > 0.0;
+        if is_depth { (f64::from(layer.samples[at]) / shown.unit) as f32 } else { layer.samples[at] }
+    };
+    picture.rgb[at].into_iter().chain(picture.layers.iter().map(layer)).collect()
+}
+
+/// Compares the pictures of a scene that is said in two ways.
+fn compare(what: String, symmetry: Symmetry, [a, b]: &[Shown; 2], precision: PrecisionChoice) -> Apart {
+    let (pictures, bound) = ([picture(a, symmetry, precision), picture(b, symmetry, precision)], symmetry.bound(&a.scene));
+    // Light that chance has a part in is drawn otherwise along other axes, and of lights without a distance in shares that depend on the box around the scene, which is
+    // looser around what is shared. There what is hit is compared.
+    let is_drawn = bound.share > 0.0 && a.scene.render.pattern.is_none();
+    let (mut count, mut worst, mut first) = (0, 0.0_f32, None);
+    for at in 0..pictures[0].rgb.len() {
+        let [one, other] = [channels(&pictures[0], a, at), channels(&pictures[1], b, at)];
+        let skipped = if is_drawn { 3 } else { 0 };
+        let off = one
+            .iter()
+            .zip(&other)
+            .skip(skipped)
+            .map(|(x, y)| if x.to_bits() == y.to_bits() { 0.0 } else { (x - y).abs().max(f32::MIN_POSITIVE) });
+        let off = off.fold(0.0, |most, off| if off > most || off.is_nan() { off } else { most });
+        let is_apart = off > bound.tolerance || off.is_nan();
+        worst = worst.max(off);
+        if is_apart {
+            count += 1;
+            first.get_or_insert_with(|| format!("pixel {at}: {one:?} and {other:?}"));
+        }
+    }
+    let share = f64::from(count) / pictures[0].rgb.len() as f64;
+    let is_sound = pictures.iter().all(|picture| picture.rgb.iter().flatten().all(|x| x.is_finite()));
+    Apart { what, share, worst, first, holds: is_sound && share <= bound.share }
+}
+
+/// A random scene of a seed.
+pub fn of_world(symmetry: Symmetry, seed: u64, precision: PrecisionChoice) -> Apart {
+    compare(format!("{symmetry:?}, {precision:?}, seed {seed}"), symmetry, &symmetry.of_world(seed), precision)
+}
+
+/// Any scene.
+pub fn of_scene(name: &str, scene: &Scene, symmetry: Symmetry, seed: u64, precision: PrecisionChoice) -> Apart {
+    let other = retold(symmetry, scene.clone(), seed);
+    compare(
+        format!("{symmetry:?}, {precision:?}, {name}, seed {seed}"),
+        symmetry,
+        &[scene.clone(), other].map(Shown::of),
+        precision,
+    )
+}
