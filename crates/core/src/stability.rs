@@ -4,10 +4,13 @@
 mod cameras;
 mod facets;
 mod fresnel;
+mod price;
 mod sampling;
 mod shading;
 
+pub use price::{Price, contest, price};
 pub use raywright_bvh::stability::Measurement;
+pub use raywright_bvh::stability::contest::Contest;
 pub use raywright_bvh::stability::judge::{Outcome, Rays};
 
 /// A hard case.

@@ -3,8 +3,10 @@
 
 pub mod boxes;
 pub mod closed;
+pub mod contest;
 pub mod judge;
 pub mod many;
+pub mod planes;
 pub mod quadrics;
 pub mod shapes;
 pub mod sphere;
@@ -28,12 +30,20 @@ pub fn intersect<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<R> {
 /// What came out of a case in one setting.
 #[derive(Clone, Debug)]
 pub struct Measurement {
-    /// The precision, and the kernel where several may walk the tree: `robust, avx2`.
+    /// The precision, and the kernel where several may walk the tree: `robust, avx2`; or the part of a case that has several bounds.
     pub setting: String,
     /// Of the library.
     pub outcome: Outcome,
     /// Of the textbook's formulas on the same rays, where the case has them.
     pub textbook: Option<Outcome>,
+}
+
+impl Measurement {
+    /// Of one part of a case, which is said after the precision.
+    #[must_use]
+    pub fn of_part(self, part: &str) -> Self {
+        Self { setting: format!("{}, {part}", self.setting), ..self }
+    }
 }
 
 /// The name of a precision.
@@ -68,10 +78,14 @@ pub fn measure(number: &str, rays: Rays) -> Option<Vec<Measurement>> {
     Some(match number {
         "P01" => shapes::far_spheres(rays),
         "P02" => shapes::drifts(rays),
+        "P07" => both!(planes::grazing),
+        "P08" => both!(planes::far_out),
         "P13" => shapes::vanishing_coefficients(rays),
         "P15" => shapes::extreme_ellipsoids(rays),
         "P17" => shapes::far_tori(rays),
+        "P20" => both!(triangles::nearly_parallel),
         "P21" => shapes::shared_edges(rays),
+        "P22" => shapes::turned_edges(rays),
         "T01" => both!(boxes::along_faces),
         "T02" => both!(boxes::signed_zeros),
         "T03" => both!(closed::lattices),

@@ -1,4 +1,4 @@
-//! P01, P02, P13, P15, P17, P21: shapes that the textbook's formulas lose, by those and by the library's on the same rays.
+//! P01, P02, P13, P15, P17, P21, P22: shapes that the textbook's formulas lose, by those and by the library's on the same rays.
 
 use super::judge::{Outcome, Rays};
 use super::quadrics::{extreme_distance, near_root};
@@ -6,6 +6,7 @@ use super::sphere::{drift, far_sphere, surface};
 use super::torus::far_torus;
 use super::triangles::{Aim, Mesh, cube, icosphere, leaks, leaks_of_library};
 use super::{Measurement, by_shapes, intersect, textbook};
+use crate::Real;
 
 /// What both precisions and the textbook make of a case.
 fn compared(textbook: Outcome, robust: Outcome, reference: Outcome) -> Vec<Measurement> {
@@ -72,10 +73,25 @@ pub fn far_tori(rays: Rays) -> Vec<Measurement> {
     )
 }
 
+const AIMS: [Aim; 4] = [Aim::Corner, Aim::Edge, Aim::FromCentre, Aim::Anywhere];
+
+fn closed_meshes() -> [(&'static str, Mesh); 2] {
+    [("icosphere", icosphere(5)), ("cube", cube(16))]
+}
+
+/// P22: the same with all faces turned over, or every second.
+pub fn turned_edges(rays: Rays) -> Vec<Measurement> {
+    fn of<R: Real>(count: u32, rays: Rays) -> Measurement {
+        let turned = [1, 2].into_iter().flat_map(|every| closed_meshes().map(|(name, mesh)| (name, mesh.turned(every))));
+        let parts: Vec<_> = turned.flat_map(|(name, mesh)| AIMS.map(|aim| (name, mesh.clone(), aim))).collect();
+        by_shapes::<R>(sum(parts, |(name, mesh, aim)| leaks_of_library::<R>(name, &mesh, aim, count, rays)))
+    }
+    vec![of::<f32>(1_000_000, rays), of::<f64>(100_000, rays)]
+}
+
 /// P21: edges and corners that the faces of closed meshes share; the textbook tests each face, so fewer rays.
 pub fn shared_edges(rays: Rays) -> Vec<Measurement> {
-    const AIMS: [Aim; 4] = [Aim::Corner, Aim::Edge, Aim::FromCentre, Aim::Anywhere];
-    let meshes = [("icosphere", icosphere(5)), ("cube", cube(16))];
+    let meshes = closed_meshes();
     let parts = || meshes.iter().flat_map(|(name, mesh)| AIMS.map(|aim| (*name, mesh, aim)));
     let by_textbook = |(name, mesh, aim): (&str, &Mesh, Aim)| {
         let triangles = mesh.triangles();

@@ -1,10 +1,11 @@
-//! P21: closed meshes, whose edges and corners let no ray through.
+//! P20, P21, P22: rays nearly in the plane of a thin triangle, and closed meshes, whose edges and corners let no ray through.
 
 use crate::shapes::Triangle;
-use crate::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Visibility};
+use crate::{AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Vector, Visibility};
 use glam::{DVec3, Vec3};
 
-use super::judge::{Outcome, Rays, Verdict, exact, hex, judge, ray, stored, towards};
+use super::judge::{Outcome, Rays, Verdict, exact, hex, hit, judge, ray, stored, towards, ulp};
+use super::{Measurement, by_shapes};
 
 /// A closed mesh of corners and triangles.
 #[derive(Clone, Debug)]
@@ -150,4 +151,45 @@ pub fn leaks<R: Real>(
 pub fn leaks_of_library<R: Real>(name: &str, mesh: &Mesh, aim: Aim, count: u32, rays: Rays) -> Outcome {
     let geometry = mesh.geometry::<R>();
     leaks(name, mesh, aim, count, rays, |ray| geometry.closest(ray, Interval::positive(), &mut ()).is_some())
+}
+
+/// P20: rays nearly in the plane of a skinny triangle far away: whatever is hit lies in the triangle's box.
+pub fn nearly_parallel<R: Real>(rays: Rays) -> Vec<Measurement> {
+    let outcome = judge("P20", 52, 600_000, rays, |random| {
+        let x = random.direction();
+        let y = random.disc(x, 1.0).normalize();
+        let at = random.direction() * 600.0;
+        // A needle by its box, 11.2 × 9.7 × 1.4, as it lies; or one of that length and height anyhow turned.
+        let diagonal = DVec3::new(11.2, 9.7, 1.4);
+        let corners = if random.sign() > 0.0 {
+            [at, at + diagonal, at + diagonal * random.between(0.6, 0.9) + random.cube() * DVec3::new(0.0, 0.5, 0.1)].map(exact)
+        } else {
+            [at, at + x * 11.2, at + x * 9.65 + y * 0.98].map(exact)
+        };
+        let (x, y) = {
+            let x = (corners[1] - corners[0]).normalize();
+            let normal = x.cross(corners[2] - corners[0]).normalize();
+            (x, normal.cross(x))
+        };
+        let angle = random.pick(&[0.5_f64, 0.01, 1e-4]).to_radians();
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+        let weights = (random.unit(), random.unit());
+        let target =
+            corners[0] + (corners[1] - corners[0]) * weights.0 + (corners[2] - corners[0]) * (weights.1 * (1.0 - weights.0));
+        let away = x * random.between(-1.0, 1.0) + y * random.between(-1.0, 1.0);
+        let origin = target + (away.normalize() + normal * angle) * 600.0;
+        let ray = towards::<R>(origin, target + random.cube() * 1e-3);
+        let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
+        let shape = Triangle::new(corners.map(stored::<R>));
+        let Some(h) = hit::<R>(&shape, &ray) else { return Verdict::Skip };
+        let (low, high) = (corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2]));
+        let on_ray = o + d * h.t.to_f64();
+        let on_plane = shape.surface(&PreparedRay::new(ray), h).point.to_f64();
+        let scale = low.abs().max(high.abs()).max(o.abs()).max_element();
+        let over = |p: DVec3| (low - p).max(p - high).max_element();
+        Verdict::bounded(over(on_ray), 16.0 * ulp(scale), || format!("point of the ray{} {shape:?}", hex(&ray))).and(|| {
+            Verdict::bounded(over(on_plane), 16.0 * ulp(scale), || format!("point of the surface{} {shape:?}", hex(&ray)))
+        })
+    });
+    vec![by_shapes::<R>(outcome)]
 }

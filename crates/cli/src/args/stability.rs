@@ -10,12 +10,13 @@ use raywright_core::stability::Rays;
 #[command(after_help = "\
 Each case is judged by an oracle that is better than what it judges, in both precisions and by every kernel that this processor has. \
 The margin is how many times its worst error a bound is; where only right and wrong are told, there is none. The textbook's share is what its formulas get wrong of \
-the same rays. Exit code 1 if a bound is broken.
+the same rays, and the last column what being right costs in CPU time more than its formula, on ordinary rays. Exit code 1 if a bound is broken, also one of \
+which the list of cases says why.
 
 Examples:
   raywright stability                         All cases that are measured, with a quarter of their rays
   raywright stability --cases T01,P21         Some of them
-  raywright stability --rays all -o page.md   All rays, to a page too")]
+  raywright stability --rays all -o page.html All rays, to a page with a plot of the margins too")]
 pub struct StabilityArgs {
     /// Numbers of the cases to measure, separated by commas; without it, all
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
@@ -29,7 +30,7 @@ pub struct StabilityArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Write the table as Markdown to a file too
+    /// Write a page with plot and table too, or by the file's ending: .svg the plot of margins, .md the table, .json
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }

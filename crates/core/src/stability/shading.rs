@@ -1,6 +1,7 @@
 //! S09, S10, S11: frames about normals, vectors made unit, and mirrors that a ray never leaves.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
 use raywright_bvh::stability::judge::{Outcome, Random, Rays, Verdict, exact, judge, ray, stored};
 use raywright_bvh::stability::{Measurement, by_shapes};
@@ -34,10 +35,10 @@ fn gram(frame: [DVec3; 3]) -> f64 {
 }
 
 /// The frame that divides by 1 + z, whatever the sign of z.
-fn unsigned_frame(n: glam::Vec3) -> [DVec3; 3] {
+pub(super) fn unsigned_frame(n: Vec3) -> [Vec3; 3] {
     let a = 1.0 / (1.0 + n.z);
     let b = -n.x * n.y * a;
-    [glam::Vec3::new(1.0 - n.x * n.x * a, b, -n.x), glam::Vec3::new(b, 1.0 - n.y * n.y * a, -n.y), n].map(|v| v.as_dvec3())
+    [Vec3::new(1.0 - n.x * n.x * a, b, -n.x), Vec3::new(b, 1.0 - n.y * n.y * a, -n.y), n]
 }
 
 /// S09: any frame about a normal.
@@ -50,7 +51,7 @@ pub fn frames<R: Real>(rays: Rays) -> Vec<Measurement> {
     });
     let textbook = judge("S09", 401, 1_000_000, rays, |random| {
         let n = normal::<R>(random);
-        Verdict::bounded(gram(unsigned_frame(n.to_f32())), 4e-7, || told(n))
+        Verdict::bounded(gram(unsigned_frame(n.to_f32()).map(|v| v.as_dvec3())), 4e-7, || told(n))
     });
     vec![Measurement { textbook: Some(textbook), ..by_shapes::<R>(outcome) }]
 }
@@ -87,8 +88,9 @@ pub fn lengths<R: Real>(rays: Rays) -> Vec<Measurement> {
     vec![by_shapes::<R>(outcome)]
 }
 
-/// Bounces of a case of mirrors.
+/// Bounces of a case of mirrors, and rays of each kind of them.
 const BOUNCES: u32 = 10_000;
+const MIRRORED: u32 = 60;
 
 /// A ray between mirrors, with the operations of a path: the nearest hit, its surface, the lobe of a mirror and the start of the next ray. How far the
 /// direction's length is from one in the end, and what `invariant` is before and after.
@@ -109,22 +111,14 @@ fn mirrored<R: Real>(geometry: &Geometry<R>, mut ray: Ray<R>, invariant: impl Fn
     Some([length, drift])
 }
 
+/// How far the lengths of directions are from one, and what stays from what it was, of each ray; none of one that escapes.
+fn mirrored_each(seed: u64, made: impl Fn(&mut Random) -> Option<[f64; 2]> + Sync) -> Vec<Option<[f64; 2]>> {
+    (0..MIRRORED).into_par_iter().map(|index| made(&mut Random::new(seed, index.into()))).collect()
+}
+
 /// S11: rays between two parallel mirrors, whose angle stays, and in a mirrored ball, whose distance from the centre stays: how long directions are, and
 /// what stays.
 pub fn mirrors<R: Real>(rays: Rays) -> Vec<Measurement> {
-    [true, false].map(|of_lengths| by_shapes::<R>(mirror_errors::<R>(rays, of_lengths))).to_vec()
-}
-
-/// Errors of the directions' lengths, or of what stays.
-fn mirror_errors<R: Real>(rays: Rays, of_lengths: bool) -> Outcome {
-    let judged = |name: &str, seed: u64, made: &(dyn Fn(&mut Random) -> Option<[f64; 2]> + Sync)| -> Outcome {
-        judge(name, seed, 60, rays, |random| {
-            let index = random.index();
-            let Some([length, drift]) = made(random) else { return Verdict::Wrong(format!("ray {index} escapes")) };
-            let (error, bound) = if of_lengths { (length, 1e-5) } else { (drift, 1e-3) };
-            Verdict::bounded(error, bound, || format!("ray {index}"))
-        })
-    };
     let geometry = |shapes: &[AnyShape<R>]| {
         let mut group = PrimitiveSet::<R>::default();
         for &shape in shapes {
@@ -132,7 +126,7 @@ fn mirror_errors<R: Real>(rays: Rays, of_lengths: bool) -> Outcome {
         }
         Geometry::new(group, AcceleratorKind::Linear)
     };
-    let parallel = judged("S11 parallel", 403, &|random| {
+    let walls = mirrored_each(403, |random| {
         let n = random.direction();
         let (x, y) = n.any_orthonormal_pair();
         let half = 1e5;
@@ -142,7 +136,7 @@ fn mirror_errors<R: Real>(rays: Rays, of_lengths: bool) -> Outcome {
             ray.direction.to_f64().normalize().dot(n).abs()
         })
     });
-    let ball = judged("S11 ball", 404, &|random| {
+    let ball = mirrored_each(404, |random| {
         let sphere = AnyShape::Sphere(Sphere { centre: R::Vec3::from_f64(DVec3::ZERO), radius: R::ONE });
         let d = exact(random.direction());
         let start = ray::<R>(exact(random.direction() * random.between(0.1, 0.9)), d);
@@ -151,5 +145,19 @@ fn mirror_errors<R: Real>(rays: Rays, of_lengths: bool) -> Outcome {
             ray.origin.to_f64().cross(d / d.length()).length()
         })
     });
-    Outcome { case: if of_lengths { "S11 lengths" } else { "S11 invariants" }.to_owned(), ..parallel.plus(ball) }
+    let judged = |part: &str, found: &[Option<[f64; 2]>], which: usize, bound: f64| -> Outcome {
+        judge(&format!("S11 {part}"), 0, MIRRORED, rays, |random| {
+            let index = random.index();
+            let Some(errors) = found[index as usize] else { return Verdict::Wrong(format!("ray {index} escapes")) };
+            Verdict::bounded(errors[which], bound, || format!("ray {index}"))
+        })
+    };
+    let lengths = judged("lengths", &walls, 0, 1e-5).plus(judged("lengths", &ball, 0, 1e-5));
+    [
+        ("lengths", lengths),
+        ("between walls", judged("between walls", &walls, 1, 1e-3)),
+        ("in a ball", judged("in a ball", &ball, 1, 1e-3)),
+    ]
+    .map(|(part, outcome)| by_shapes::<R>(outcome).of_part(part))
+    .to_vec()
 }

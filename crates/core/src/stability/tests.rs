@@ -58,13 +58,13 @@ fn s10_vectors_of_any_length() {
     expect_all("S10");
 }
 
-/// Protects: ten thousand mirror bounces keep a direction's length, and in `reference` what a closed form says stays. In `robust` the bound of that is
-/// not held by every ray, which the list says.
+/// Protects: ten thousand mirror bounces keep a direction's length, and what a closed form says stays. In a ball in `robust` nine rays of sixty exceed the
+/// bound, which the list says: no more than those.
 #[test]
 fn s11_mirror_bounces() {
     for Measurement { setting, outcome, .. } in measure("S11", Rays::All).expect("a case of the library") {
-        let is_held = setting != "robust" || outcome.case == "S11 lengths";
-        assert!(outcome.judged == 120 && (outcome.wrong == 0 || !is_held), "{setting}: {outcome:?}");
+        let known = if setting == "robust, in a ball" { 9 } else { 0 };
+        assert!(outcome.judged >= 60 && outcome.wrong <= known, "{setting}: {outcome:?}");
     }
 }
 

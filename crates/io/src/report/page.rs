@@ -132,10 +132,20 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
+/// A page by itself: a headline, marks below it, and a script that may be empty.
+pub fn document(title: &str, body: &str, script: &str) -> String {
+    let (title, style) = (escaped(title), include_str!("page.css"));
+    let script = if script.is_empty() { String::new() } else { format!("<script>\n{script}</script>\n") };
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{title}</title>\n<style>\n{style}</style></head>\n\
+         <body><main>\n<h1>{title}</h1>\n{body}</main>\n{script}</body></html>\n"
+    )
+}
+
 impl Page<'_> {
     /// The page.
     pub fn html(&self) -> String {
-        let title = format!("What accuracy costs in time: {}", escaped(self.scene));
         let circumstances: String =
             self.circumstances.iter().map(|line| format!("<p class=\"soft\">{}</p>\n", escaped(line))).collect();
         let plot = accuracy_plot(self.scene, "", self.report, self.flags);
@@ -144,13 +154,10 @@ impl Page<'_> {
         // Every second part stands between back quotes.
         let parts = self.answer.split('`').map(escaped).enumerate();
         let answer: String = parts.map(|(i, part)| if i % 2 == 1 { format!("<code>{part}</code>") } else { part }).collect();
-        format!(
-            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{title}</title>\n<style>\n{}</style></head>\n\
-             <body><main>\n<h1>{title}</h1>\n<p class=\"answer\">{answer}</p>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n\
+        let body = format!(
+            "<p class=\"answer\">{answer}</p>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n\
              <figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{}\
-             <h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Made by <code>{}</code></p>\n{}{}{}{}{}</main>\n<script>\n{}</script>\n</body></html>\n",
-            include_str!("page.css"),
+             <h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Made by <code>{}</code></p>\n{}{}{}{}{}",
             self.frontier(),
             escaped(self.command),
             self.pictures(),
@@ -158,8 +165,8 @@ impl Page<'_> {
             self.prices(),
             self.outputs(),
             self.effects(),
-            include_str!("page.js"),
-        )
+        );
+        document(&format!("What accuracy costs in time: {}", self.scene), &body, include_str!("page.js"))
     }
 
     /// Two pictures under a slider, the error of one, and all of them small.

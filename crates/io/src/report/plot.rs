@@ -99,7 +99,7 @@ const HEIGHT: f64 = 578.0;
 /// Where a plot without a headline begins.
 const BARE_TOP: f64 = 80.0;
 
-const STYLE: &str = include_str!("plot.css");
+pub(super) const STYLE: &str = include_str!("plot.css");
 
 /// Of a line of the key, and from the words below the horizontal axis to its first one.
 const KEY_LINE: f64 = 19.0;
@@ -245,13 +245,20 @@ impl Plot {
     }
 }
 
+impl Colour {
+    /// In the style.
+    pub(super) fn class(self) -> &'static str {
+        match self {
+            Self::First => "first",
+            Self::Second => "second",
+            Self::Third => "third",
+        }
+    }
+}
+
 impl Line {
     fn class(&self) -> &'static str {
-        match self.colour {
-            Colour::First => "first",
-            Colour::Second => "second",
-            Colour::Third => "third",
-        }
+        self.colour.class()
     }
 
     fn stroke(&self, svg: &mut String, path: &str) {
@@ -304,7 +311,7 @@ fn arrow(x: f64, y: f64) -> String {
 }
 
 /// Text as a page or a plot holds it: what steers is masked, and what means something to them escaped.
-pub(super) fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     masked(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

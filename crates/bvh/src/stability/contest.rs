@@ -1,0 +1,123 @@
+//! What being right costs: the same work by the textbook's formulas and by the library's, for programs that time both in turns. On ordinary rays, from
+//! five sizes away, of which about half meet what they are shot at: a hard case is rare, and its care is paid for always.
+
+use core::fmt;
+use core::hint::black_box;
+
+use glam::DVec3;
+
+use super::judge::{Random, stored};
+use super::{Intersect, textbook};
+use crate::shapes::{AnyShape, Cone, Ellipsoid, Sphere, Torus, Triangle};
+use crate::{Interval, PreparedRay, Ray, Real, Shape, Side};
+
+/// Work of a contestant.
+pub type Work = Box<dyn Fn()>;
+
+/// The same work three times.
+pub struct Contest {
+    /// What is done once a ray or sample.
+    pub what: &'static str,
+    /// How many rays or samples each work takes.
+    pub count: u32,
+    /// By the textbook's formulas in f32.
+    pub textbook: Work,
+    /// By the library's, in `robust` and in `reference`.
+    pub library: [Work; 2],
+}
+
+impl fmt::Debug for Contest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Contest").field("what", &self.what).field("count", &self.count).finish_non_exhaustive()
+    }
+}
+
+/// Rays of a contest, and how often each is shot.
+const RAYS: u32 = 4096;
+
+/// A contest by its case's number; none where the textbook has no formula for it, or it is not a shape's.
+pub fn contest(number: &str) -> Option<Contest> {
+    let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
+    Some(match number {
+        "P01" => tests("a test of one sphere", 40, sphere::<f32>().into(), sphere::<f64>().into()),
+        "P02" => surfaces(20),
+        "P13" => {
+            let (single, double) = (Cone::new(-axis, axis, 1.0, 0.0, 2.0), Cone::new(-axis, axis, 1.0, 0.0, 2.0));
+            tests("a test of one cone", 20, single.into(), double.into())
+        }
+        "P15" => {
+            let semi = DVec3::new(1.0, 0.6, 0.8);
+            tests("a test of one ellipsoid", 40, Ellipsoid::new(zero, semi).into(), Ellipsoid::new(zero, semi).into())
+        }
+        "P17" => {
+            let (single, double) = (Torus::new(zero, axis, 0.8, 0.3), Torus::new(zero, axis, 0.8, 0.3));
+            tests("a test of one torus", 4, single.into(), double.into())
+        }
+        "P21" => tests("a test of one triangle", 40, triangle::<f32>(), triangle::<f64>()),
+        _ => return None,
+    })
+}
+
+fn sphere<R: Real>() -> Sphere<R> {
+    Sphere { centre: stored::<R>(DVec3::ZERO), radius: R::ONE }
+}
+
+fn triangle<R: Real>() -> AnyShape<R> {
+    let corners = [DVec3::new(-1.0, -1.0, 0.2), DVec3::new(1.0, -0.8, 0.2), DVec3::new(-0.9, 1.0, 0.5)];
+    Triangle::new(corners.map(stored::<R>)).into()
+}
+
+/// Rays from around a shape of about unit size at points near it.
+fn rays<R: Real>() -> Vec<Ray<R>> {
+    let ray = |i: u32| {
+        let random = &mut Random::new(1, i.into());
+        let origin = random.direction() * 5.0;
+        Ray::new(stored::<R>(origin), stored::<R>((random.cube() * 1.2 - origin).normalize()))
+    };
+    (0..RAYS).map(ray).collect()
+}
+
+/// The same prepared, as the library's are once a query.
+fn prepared<R: Real>() -> Vec<PreparedRay> {
+    rays::<R>().into_iter().map(PreparedRay::new).collect()
+}
+
+/// Tests of one shape.
+fn tests(what: &'static str, turns: u32, single: AnyShape<f32>, double: AnyShape<f64>) -> Contest {
+    fn all<R: Real>(turns: u32, shape: AnyShape<R>) -> Work {
+        let rays = prepared::<R>();
+        Box::new(move || {
+            for ray in (0..turns).flat_map(|_| &rays) {
+                black_box(black_box(&shape).intersect(ray, Interval::positive(), Side::Both));
+            }
+        })
+    }
+    let (rays, by): (_, Intersect<f32>) = (rays::<f32>(), textbook::intersect);
+    let by_textbook = move || {
+        for ray in (0..turns).flat_map(|_| &rays) {
+            black_box(by(black_box(&single), ray));
+        }
+    };
+    Contest { what, count: RAYS * turns, textbook: Box::new(by_textbook), library: [all(turns, single), all(turns, double)] }
+}
+
+/// Tests of a sphere, and the surfaces at the hits.
+fn surfaces(turns: u32) -> Contest {
+    fn all<R: Real>(turns: u32) -> Work {
+        let (sphere, rays) = (sphere::<R>(), prepared::<R>());
+        Box::new(move || {
+            for ray in (0..turns).flat_map(|_| &rays) {
+                let hit = black_box(&sphere).intersect(ray, Interval::positive(), Side::Both);
+                black_box(hit.map(|hit| sphere.surface(ray, hit)));
+            }
+        })
+    }
+    let (ball, shot) = (sphere::<f32>(), rays::<f32>());
+    let by_textbook = move || {
+        for ray in (0..turns).flat_map(|_| &shot) {
+            black_box(textbook::sphere_surface(black_box(&ball), ray));
+        }
+    };
+    let what = "a test of one sphere, and its surface at a hit";
+    Contest { what, count: RAYS * turns, textbook: Box::new(by_textbook), library: [all::<f32>(turns), all::<f64>(turns)] }
+}

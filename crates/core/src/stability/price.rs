@@ -1,0 +1,124 @@
+//! What being right costs, in nanoseconds a ray or sample: the textbook's formulas and the library's timed in turns, in CPU time of one thread.
+
+use core::hint::black_box;
+use std::rc::Rc;
+
+use glam::{DVec3, Vec3};
+use raywright_bvh::stability::contest::{self, Contest, Work};
+use raywright_bvh::stability::judge::Random;
+use raywright_bvh::{Real, Vector};
+
+use super::shading::unsigned_frame;
+use crate::bench::Spread;
+use crate::bench::clock::thread_seconds;
+use crate::material::{Frame, Interface, dielectric};
+
+/// What the work of a case takes, in nanoseconds.
+#[derive(Clone, Copy, Debug)]
+pub struct Price {
+    /// What is done once a ray or sample.
+    pub what: &'static str,
+    /// By the textbook's formulas in f32.
+    pub textbook: Spread,
+    /// How much more it takes by the library's, round by round, in `robust` and in `reference`; below zero where it takes less.
+    pub more: [Spread; 2],
+}
+
+/// Rounds that count, after one that does not.
+const ROUNDS: usize = 15;
+
+/// Samples of a contest, and how often each is taken.
+const SAMPLES: u32 = 4096;
+const TURNS: u32 = 40;
+
+/// Contests of cases whose textbook's formula is timed beside the library's; none where there is none to time.
+pub fn contest(number: &str) -> Option<Contest> {
+    Some(match number {
+        "S09" => frames(),
+        "S11" => reflections(),
+        "S13" => reflectances(),
+        _ => return contest::contest(number),
+    })
+}
+
+/// Times a case's contest; none where it has none.
+pub fn price(number: &str) -> Option<Price> {
+    let Contest { what, count, textbook, library: [robust, reference] } = contest(number)?;
+    let works = [textbook, robust, reference];
+    let mut rounds = Vec::with_capacity(ROUNDS);
+    for round in 0..=ROUNDS {
+        let mut nanoseconds = [0.0; 3];
+        for place in 0..works.len() {
+            let turn = (place + round) % works.len();
+            let start = thread_seconds();
+            works[turn]();
+            nanoseconds[turn] = (thread_seconds() - start) * 1e9 / f64::from(count);
+        }
+        if round > 0 {
+            rounds.push(nanoseconds);
+        }
+    }
+    let spread = |of: &dyn Fn(&[f64; 3]) -> f64| Spread::of(&rounds.iter().map(of).collect::<Vec<_>>());
+    Some(Price { what, textbook: spread(&|round| round[0]), more: [1, 2].map(|which| spread(&|round| round[which] - round[0])) })
+}
+
+/// A contest over samples: by the textbook's formulas, in `robust` and in `reference`.
+fn over<S: 'static>(what: &'static str, of: impl Fn(&mut Random) -> S, works: [fn(&S); 3]) -> Contest {
+    let samples: Rc<[S]> = (0..SAMPLES).map(|index| of(&mut Random::new(2, index.into()))).collect();
+    let [textbook, robust, reference] = works.map(|work| {
+        let samples = samples.clone();
+        Box::new(move || (0..TURNS).for_each(|_| samples.iter().for_each(work))) as Work
+    });
+    Contest { what, count: SAMPLES * TURNS, textbook, library: [robust, reference] }
+}
+
+fn frames() -> Contest {
+    let drawn = |random: &mut Random| {
+        let n = random.direction();
+        (n.as_vec3(), n)
+    };
+    over(
+        "a frame about a normal",
+        drawn,
+        [
+            |&(n, _)| {
+                black_box(unsigned_frame(n));
+            },
+            |&(n, _)| {
+                black_box(Frame::<f32>::about(n));
+            },
+            |&(_, n)| {
+                black_box(Frame::<f64>::about(n));
+            },
+        ],
+    )
+}
+
+/// d − 2(d·n)n in f32 beside the mirrored direction of an interface.
+fn reflections() -> Contest {
+    fn mirrored<R: Real>([d, n]: [R::Vec3; 2]) {
+        black_box(R::Vec3::from_f64(Interface::new(d.to_f64(), n.to_f64(), 1.0).reflected));
+    }
+    let drawn = |random: &mut Random| {
+        let pair = [random.direction(), random.direction()];
+        (pair.map(|v| v.as_vec3()), pair)
+    };
+    let by_textbook = |&([d, n], _): &([Vec3; 2], [DVec3; 2])| {
+        black_box(d - n * (2.0 * d.dot(n)));
+    };
+    over("a mirrored direction", drawn, [by_textbook, |&(pair, _)| mirrored::<f32>(pair), |&(_, pair)| mirrored::<f64>(pair)])
+}
+
+/// Schlick's approximation in f32 beside the exact equations, which are of f64 in both precisions.
+fn reflectances() -> Contest {
+    let schlick = |&cosine: &f32| {
+        let (r0, m) = (0.04_f32, 1.0 - cosine);
+        black_box(r0 + (1.0 - r0) * (m * m * m * m * m));
+    };
+    let exact = |&cosine: &f32| {
+        let (cosine, eta) = (f64::from(cosine), 1.5_f64.recip());
+        let beyond = (1.0 - eta * eta * (1.0 - cosine) * (1.0 + cosine)).sqrt();
+        black_box(dielectric(cosine, Some(beyond), eta));
+    };
+    over("a reflectance of glass", |random| random.unit() as f32, [schlick, exact, exact])
+}

@@ -1,0 +1,182 @@
+//! How far cases stay within their bounds, as one plot: a line for each, its margins on a logarithmic scale, and the bound at one.
+
+use std::fmt::Write;
+
+use super::page::number;
+use super::plot::{Colour, STYLE, escaped};
+use super::scale::Scale;
+
+/// Cases with their margins.
+#[derive(Clone, Debug, Default)]
+pub struct Margins {
+    /// Headline; empty: a page around it has one.
+    pub title: String,
+    /// How it was measured, in a line below it.
+    pub circumstances: String,
+    /// What stands in the column on the right.
+    pub aside: String,
+    /// What the colours stand for.
+    pub legend: Vec<(Colour, String)>,
+    /// Cases, from top to bottom.
+    pub rows: Vec<MarginRow>,
+}
+
+/// A case.
+#[derive(Clone, Debug, Default)]
+pub struct MarginRow {
+    /// Its number.
+    pub name: String,
+    /// What it is, in a sentence.
+    pub words: String,
+    /// How many times its worst error the bound is, in each setting that has one.
+    pub margins: Vec<(Colour, f64)>,
+    /// What stands in place of margins or beside them.
+    pub told: String,
+    /// Whether the bound is broken.
+    pub is_broken: bool,
+    /// In the column on the right.
+    pub aside: String,
+}
+
+const WIDTH: f64 = 980.0;
+const ROW: f64 = 21.0;
+/// Numbers, the scale from one end to the other, words, and the right edge of the last column. Numbers and scale come first, so that a narrow window shows them.
+const COLUMNS: [f64; 5] = [20.0, 56.0, 440.0, 464.0, 960.0];
+/// Where the first row is, below a headline and the words above the scale.
+const TOP: f64 = 140.0;
+/// What a plot without a headline leaves out above.
+const BARE: f64 = 66.0;
+/// What is beyond the last row.
+const FOOT: f64 = 44.0;
+
+impl Margins {
+    /// The plot as an SVG file.
+    pub fn svg(&self) -> String {
+        let [_, left, right, _, edge] = COLUMNS;
+        let margins = self.rows.iter().flat_map(|row| &row.margins).map(|(_, margin)| *margin);
+        let scale = Scale::new(margins.chain([1.0]), left + 12.0, right - 12.0);
+        let bottom = TOP + ROW * self.rows.len() as f64;
+        let (title, circumstances, aside) = (escaped(&self.title), escaped(&self.circumstances), escaped(&self.aside));
+        let top = if title.is_empty() { BARE } else { 0.0 };
+        let height = bottom + FOOT - top;
+        let mut svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 {top} {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
+             role=\"group\" aria-label=\"{}\">\n<style>\n{STYLE}</style>\n<rect class=\"paper\" y=\"{top}\" width=\"{WIDTH}\" height=\"{height}\"/>\n",
+            if title.is_empty() { "margins" } else { &title }
+        );
+        if !title.is_empty() {
+            // Writing to a string can't fail.
+            let _ = writeln!(
+                svg,
+                "<text class=\"title\" x=\"20\" y=\"32\">{title}</text>\n<text class=\"soft\" x=\"20\" y=\"54\">{circumstances}</text>"
+            );
+        }
+        let _ = writeln!(svg, "<text class=\"soft\" x=\"{edge}\" y=\"{}\" text-anchor=\"end\">{aside}</text>", TOP - 22.0);
+        self.legend(&mut svg);
+        for exponent in scale.decades() {
+            let x = scale.exponent(f64::from(exponent));
+            let (class, word) = if exponent == 0 { ("axis", "bound".to_owned()) } else { ("grid", power(exponent)) };
+            let _ = writeln!(svg, "<path class=\"{class}\" d=\"M{x:.1} {}V{bottom}\"/>", TOP - 12.0);
+            // As many words as there is room for.
+            if exponent % every(&scale) == 0 {
+                for y in [TOP - 22.0, bottom + 20.0] {
+                    let _ = writeln!(svg, "<text class=\"soft\" x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{word}</text>");
+                }
+            }
+        }
+        for (place, row) in self.rows.iter().enumerate() {
+            row.draw(&mut svg, &scale, TOP + ROW * (place as f64 + 0.5));
+        }
+        svg.push_str("</svg>\n");
+        svg
+    }
+
+    fn legend(&self, svg: &mut String) {
+        let [mut x, ..] = COLUMNS;
+        for (colour, words) in &self.legend {
+            let y = TOP - 46.0;
+            let _ = writeln!(svg, "<circle class=\"dot {}\" cx=\"{}\" cy=\"{y}\" r=\"4\"/>", colour.class(), x + 4.0);
+            let _ = writeln!(svg, "<text class=\"soft\" x=\"{}\" y=\"{}\">{}</text>", x + 14.0, y + 4.0, escaped(words));
+            x += 40.0 + 7.5 * words.chars().count() as f64;
+        }
+    }
+}
+
+impl MarginRow {
+    fn draw(&self, svg: &mut String, scale: &Scale, y: f64) {
+        let [start, left, _, words, edge] = COLUMNS;
+        let base = y + 4.5;
+        let (class, broken) = if self.is_broken { ("first", " — not held") } else { ("", "") };
+        let name = escaped(&self.name);
+        let (sentence, told) = (escaped(&self.words), escaped(&self.told));
+        let _ = writeln!(svg, "<text class=\"name {class}\" x=\"{start}\" y=\"{base:.1}\">{name}</text>");
+        let _ = writeln!(svg, "<text class=\"name\" x=\"{words}\" y=\"{base:.1}\">{sentence}{broken}</text>");
+        let _ = writeln!(
+            svg,
+            "<text class=\"soft name\" x=\"{edge}\" y=\"{base:.1}\" text-anchor=\"end\">{}</text>",
+            escaped(&self.aside)
+        );
+        let places: Vec<f64> = self.margins.iter().map(|(_, margin)| scale.at(*margin)).collect();
+        let (first, last) = places.iter().fold((f64::INFINITY, left), |(first, last), &x| (x.min(first), x.max(last)));
+        if places.len() > 1 {
+            let _ = writeln!(svg, "<path class=\"grid\" d=\"M{first:.1} {y:.1}H{last:.1}\"/>");
+        }
+        for (x, (colour, margin)) in places.iter().zip(&self.margins) {
+            // Of two colours one is above the other, so that both are seen.
+            let y = if *colour == Colour::First { y - 2.5 } else { y + 2.5 };
+            let label = format!("{name}: {} times", number(*margin));
+            let _ = writeln!(
+                svg,
+                "<circle class=\"dot {}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"><title>{label}</title></circle>",
+                colour.class()
+            );
+        }
+        let at = if places.is_empty() { left + 22.0 } else { last + 12.0 };
+        let _ = writeln!(svg, "<text class=\"soft name label\" x=\"{at:.1}\" y=\"{base:.1}\">{told}</text>");
+    }
+}
+
+/// Every how many decades there is room for a word.
+fn every(scale: &Scale) -> i32 {
+    let [first, last] = scale.decades;
+    (last - first + 5) / 6
+}
+
+/// A power of ten.
+fn power(exponent: i32) -> String {
+    if (-2..5).contains(&exponent) { 10_f64.powi(exponent).to_string() } else { format!("1e{exponent}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: each case has its line, a dot for each margin right of the bound, and words where it has none; what breaks its bound says so; colours
+    /// follow the reader's theme and text can't be taken for marks.
+    #[test]
+    fn cases_have_lines() {
+        let row = |name: &str, margins: &[(Colour, f64)], is_broken: bool| MarginRow {
+            name: name.to_owned(),
+            words: "Rays <that> miss.".to_owned(),
+            margins: margins.to_vec(),
+            told: "none of 5 wrong".to_owned(),
+            is_broken,
+            ..MarginRow::default()
+        };
+        let rows = vec![row("P01", &[(Colour::First, 4.0), (Colour::Second, 1e6)], false), row("T01", &[], true)];
+        let svg = Margins { rows, legend: vec![(Colour::First, "robust".to_owned())], ..Margins::default() }.svg();
+        assert_eq!(svg.matches("<title>P01").count(), 2);
+        assert_eq!(svg.matches("not held").count(), 1);
+        assert_eq!(svg.matches("Rays &lt;that&gt; miss.").count(), 2);
+        let dots: Vec<f64> = svg.lines().filter(|line| line.contains("<title>")).filter_map(place).collect();
+        let bound =
+            svg.lines().find(|line| line.contains("class=\"axis\"")).and_then(|line| line.split(['M', ' ']).nth(3)?.parse().ok());
+        assert!(dots.iter().all(|&x| Some(x) > bound) && bound.is_some(), "{dots:?}, {bound:?}");
+        assert!(svg.contains("prefers-color-scheme:dark") && svg.contains(">bound<"));
+    }
+
+    /// Where a dot is.
+    fn place(line: &str) -> Option<f64> {
+        line.split("cx=\"").nth(1)?.split('"').next()?.parse().ok()
+    }
+}
