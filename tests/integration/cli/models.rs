@@ -219,9 +219,9 @@ fn models_stand_upright() {
         format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", corners.concat())
     };
     let desk = Desk::new();
-    desk.write("y.obj", &obj(true));
-    desk.write("z.obj", &obj(false));
-    desk.write("z.stl", &format!("solid s\n{}endsolid\n", facets.map(facet).concat()));
+    desk.write("y.obj", obj(true));
+    desk.write("z.obj", obj(false));
+    desk.write("z.stl", format!("solid s\n{}endsolid\n", facets.map(facet).concat()));
     let render = ["-v", "--size", "24x24", "--spp", "16", "--views", "front,left,top,iso", "-o", "%d.exr"];
     let pictures = |args: &[&str]| {
         let run = desk.run(&[&["render"], args, &render[..]].concat());
