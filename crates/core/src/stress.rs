@@ -25,6 +25,7 @@ mod aimed;
 mod bodies;
 mod cameras;
 mod facts;
+mod fans;
 mod finding;
 mod furnace;
 mod lamps;

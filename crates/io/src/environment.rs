@@ -140,7 +140,7 @@ fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits, war
         || Error::limit(path.display(), format!("the file is larger than the limit of {}", human_bytes(limits.file_bytes)));
     let bytes = bytes.ok_or_else(larger)?;
     folder.note(&bytes);
-    let Decoded { image, remarks } = image_file::decode(&bytes, limits).map_err(|fault| match fault.kind {
+    let Decoded { image, remarks, mended } = image_file::decode(&bytes, limits).map_err(|fault| match fault.kind {
         FaultKind::Limit => Error::limit(path.display(), fault.message),
         FaultKind::Input | FaultKind::Choice => {
             Error::input(path.display(), fault.message).with_hint("an environment is an equirectangular .hdr or .exr picture")
@@ -151,7 +151,7 @@ fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits, war
     while scene.images.iter().any(|image| image.name == name) {
         name.push('\'');
     }
-    scene.images.push(Image { name: name.clone(), path: path.display().to_string(), data: Some(Arc::new(image)) });
+    scene.images.push(Image { name: name.clone(), path: path.display().to_string(), data: Some(Arc::new(image)), mended });
     scene.sky = Some(Sky::Map(SkyMap { image: name, rotation: 0.0, strength: 1.0 }));
     Ok(())
 }

@@ -58,11 +58,13 @@ pub(crate) struct Decoded {
     pub image: ImageData,
     /// What a user should know, each a sentence whose subject is the picture.
     pub remarks: Vec<String>,
+    /// Channels that were infinite or no numbers.
+    pub mended: u64,
 }
 
 impl From<ImageData> for Decoded {
     fn from(image: ImageData) -> Self {
-        Self { image, remarks: Vec::new() }
+        Self { image, remarks: Vec::new(), mended: 0 }
     }
 }
 

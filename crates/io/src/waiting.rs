@@ -52,7 +52,7 @@ impl<'a> Waiting<'a> {
                 Ok(data) => {
                     report.remarks.extend(data.remarks.into_iter().map(|remark| format!("{place}: {remark}")));
                     if let Some(image) = images.get_mut(image) {
-                        image.data = Some(data.image.into());
+                        (image.data, image.mended) = (Some(data.image.into()), data.mended);
                     }
                 }
             }

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use raywright::core::picture::Picture;
+use raywright::io::output::{Metadata, write_exr};
 use raywright::io::presets;
 use raywright::stress::Code;
 use serde_json::Value;
@@ -130,6 +132,21 @@ fn a_budget_that_ends_is_told() {
     assert_eq!(json(&desk.run(&[&arguments[..], &["--json"]].concat()))["cut_short"], true);
     let run = desk.run(&arguments);
     assert!(run.text().contains("larger --budget finds more"), "{}", run.text());
+}
+
+/// Protects: a sky whose file has texels that are no light is wrong, although reading puts others in their place.
+#[test]
+fn files_with_texels_that_are_no_light() {
+    let desk = Desk::new();
+    let mut sky = Picture { rgb: (0..512).map(|i| [0.2, 0.3, 0.001 * i as f32]).collect(), ..Picture::new(32, 16) };
+    sky.rgb[100] = [f32::NAN, 0.3, 0.2];
+    write_exr(&desk.path("sky.exr"), &sky, &Metadata::default()).expect("a file");
+    let scene =
+        FAULTS.replace("sky.constant = 0.5", "sky.map = { image = \"sky\" }\nimages = [{ name = \"sky\", path = \"sky.exr\" }]");
+    desk.write("sky.scene.toml", scene.replace("1.5", "0.5").replace("transmission = 1", "transmission = 0"));
+    let found = wrong(&desk, "sky.scene.toml");
+    let of = |found: &Value| (found["code"].clone(), found["about"].clone(), found["count"].clone());
+    assert_eq!(found.iter().map(of).collect::<Vec<_>>(), [("image-not-light".into(), "image `sky`".into(), 1.into())]);
 }
 
 /// What makes the picture of a scene wrong.

@@ -90,6 +90,10 @@ pub struct Image {
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub data: Option<Arc<ImageData>>,
+    /// Channels of texels that were infinite or no numbers in its file, in place of which the loader has put what light can be.
+    #[serde(skip)]
+    #[cfg_attr(test, schemars(skip))]
+    pub mended: u64,
 }
 
 /// Decoded pixels, first row = top.

@@ -1,4 +1,4 @@
-//! Rays that are aimed from the camera at edges between triangles, all of which must meet something no farther away.
+//! Rays that are aimed from the camera at edges between triangles and at their corners, all of which must meet something no farther away.
 
 use std::collections::BTreeMap;
 
@@ -8,6 +8,7 @@ use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::Deadline;
 use super::facts::{SceneFacts, unit};
+use super::fans::Fan;
 use super::finding::CheckRun;
 use super::topology::{SharedEdge, Topology};
 use crate::generate::{PlacedObject, all_about};
@@ -19,7 +20,7 @@ const RAYS: u64 = 40_000;
 const OBJECTS: usize = 1000;
 const BLOCK: u64 = 4096;
 
-/// Sine of the angle at which a triangle is seen below which its edges are not aimed at, and how many times the rounding of a ray's way its height has to be.
+/// Cosine under which a triangle is seen below which it is not aimed at, and how many times the rounding of a ray's way its width has to be.
 const SLANT: f64 = 0.05;
 const ROOM: f64 = 1024.0;
 
@@ -34,7 +35,7 @@ pub(crate) struct AimedRays {
 
 impl AimedRays {
     pub fn run(&self) -> CheckRun {
-        CheckRun { name: "rays aimed at edges", looked_at: self.sent, unit: "rays", planned: self.planned }
+        CheckRun { name: "rays aimed at edges and corners", looked_at: self.sent, unit: "rays", planned: self.planned }
     }
 }
 
@@ -43,6 +44,7 @@ struct Target<'a> {
     object: usize,
     data: &'a MeshData,
     shared: &'a [SharedEdge],
+    fans: &'a [Fan],
     shown: PlacedObject<'a>,
 }
 
@@ -88,40 +90,63 @@ fn targets<'a, R: Real>(
         .filter(|(_, shown)| matches!(shown.object.side, SideRule::Both | SideRule::Culled) && shown.ends().is_none())
         .filter_map(|(index, shown)| {
             let (mesh, data) = facts.mesh(shown.object)?;
-            let shared = &topologies.get(&mesh)?.shared;
+            let Topology { shared, fans, .. } = topologies.get(&mesh)?;
             let object = facts.index_of(index as u32);
-            (!shared.is_empty()).then_some(Target { object, data, shared, shown })
+            (!shared.is_empty()).then_some(Target { object, data, shared, fans, shown })
         })
         .collect();
     let every = (all.len() / OBJECTS).max(1);
     all.into_iter().step_by(every).collect()
 }
 
-/// The place at which a ray passes an edge that it is aimed at; none where it meets something, or where rounding may lead it past both triangles.
+/// A place on a mesh, with the triangles there: for each the cosine under which the eye sees it, and the width that a ray has to miss it by.
+struct Aim {
+    point: DVec3,
+    faces: Vec<[f64; 2]>,
+}
+
+impl Target<'_> {
+    /// A place on an edge, or at a corner, in the coordinates that are stored.
+    fn aim(&self, eye: DVec3, number: impl Fn(u64) -> f64) -> Option<Aim> {
+        let map = self.shown.map();
+        let at = |corner: u32| map.transform_point3(self.data.positions.at(corner as usize));
+        let pick = |count: usize| (number(0) * count as f64) as usize;
+        if number(2) < 0.5 && !self.fans.is_empty() {
+            let fan = &self.fans[pick(self.fans.len())];
+            let point = at(fan.corner);
+            let direction = (point - eye).normalize();
+            let face = |&[b, c]: &[u32; 2]| {
+                let [b, c] = [at(b) - point, at(c) - point];
+                let normal = b.cross(c);
+                [normal.normalize_or_zero().dot(direction), normal.length() / (c - b).length()]
+            };
+            return Some(Aim { point, faces: fan.across.iter().map(face).collect() });
+        }
+        let edge = self.shared.get(pick(self.shared.len()))?;
+        let ([a, b], across) = (edge.ends.map(at), edge.across.map(at));
+        let point = a + (b - a) * (0.1 + 0.8 * number(1));
+        let (along, direction) = ((b - a).normalize_or_zero(), (point - eye).normalize());
+        // One triangle lies to the left of the edge and the other to its right.
+        let face = |(corner, sign): (DVec3, f64)| {
+            let beside = corner - a;
+            let height = beside - along * beside.dot(along);
+            [sign * along.cross(height).normalize_or_zero().dot(direction), height.length().min((b - a).length())]
+        };
+        Some(Aim { point, faces: [(across[0], 1.0), (across[1], -1.0)].map(face).into() })
+    }
+}
+
+/// The place that a ray passes which is aimed at it; none where it meets something, or where rounding may lead it past all triangles there.
 fn leak<R: Real>(prepared: &Prepared<R>, target: &Target<'_>, eye: DVec3, [seed, index]: [u64; 2]) -> Option<DVec3> {
-    let number = |which: u64| unit(seed, index, 32 + which);
-    let edge = target.shared[(number(0) * target.shared.len() as f64) as usize];
-    let map = target.shown.map();
-    let at = |corner: u32| map.transform_point3(target.data.positions.at(corner as usize));
-    let ([a, b], across) = (edge.ends.map(at), edge.across.map(at));
-    let point = a + (b - a) * (0.1 + 0.8 * number(1));
-    let way = point - eye;
-    let (distance, along) = (way.length(), (b - a).normalize_or_zero());
-    let direction = way / distance;
-    let slants = across.map(|corner| {
-        let beside = corner - a;
-        let height = beside - along * beside.dot(along);
-        (along.cross(height).normalize_or_zero().dot(direction), height.length())
-    });
-    // One triangle lies to the left of the edge and the other to its right, so that they face the same way where the signs differ.
-    let is_faced = slants[0].0 * slants[1].0 < 0.0 && slants.iter().all(|(slant, _)| slant.abs() > SLANT);
+    let Aim { point, faces } = target.aim(eye, |which| unit(seed, index, 32 + which))?;
+    let (distance, side) = (point.distance(eye), faces.first()?[0]);
     let rounding = R::ROUNDOFF.to_f64() * (distance + point.abs().max_element() + eye.abs().max_element());
-    let has_room =
-        slants.iter().all(|(slant, height)| height * slant.abs() > ROOM * rounding) && (b - a).length() > ROOM * rounding;
-    if !is_faced || !has_room {
+    let is_clear =
+        |&[slant, width]: &[f64; 2]| slant * side > 0.0 && slant.abs() > SLANT && width * slant.abs() > ROOM * rounding;
+    if !faces.iter().all(is_clear) {
         return None;
     }
-    let ray = Ray::new(R::Vec3::from_f64(eye), R::Vec3::from_f64(direction));
+    let ray = Ray::new(R::Vec3::from_f64(eye), R::Vec3::from_f64((point - eye) / distance));
     let hit = prepared.geometry.closest(&ray, Interval::positive(), &mut ());
     let farthest = distance * (1.0 + 1e-6) + ROOM * rounding / SLANT;
     hit.is_none_or(|hit| hit.t.to_f64() > farthest).then_some(point)

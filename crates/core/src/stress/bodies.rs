@@ -42,7 +42,7 @@ pub(super) fn check(
     }
     let sent = aimed.iter().map(|rays| rays.sent).sum();
     for (&object, &(count, point)) in aimed.iter().flat_map(|rays| &rays.leaks) {
-        let why = "rays pass between two triangles that share an edge";
+        let why = "rays pass between triangles that share an edge or a corner";
         let finding = Finding::new(
             Code::Leak,
             Severity::PictureWrong,

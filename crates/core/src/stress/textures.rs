@@ -69,6 +69,13 @@ fn judge(facts: &SceneFacts<'_>, index: usize) -> Vec<Finding> {
     };
     let texels = u64::from(data.width) * u64::from(data.height);
     let mut found = Vec::new();
+    let remedy = "write the image anew, with finite numbers of zero or more";
+    let mended = facts.scene.images[index].mended;
+    if mended > 0 {
+        let why = "channels of its texels are infinite or no numbers; 65504 and 0 are shown for them";
+        let finding = Finding::new(Code::ImageNotLight, Severity::PictureWrong, subject, why, remedy);
+        found.push(finding.counted(mended, 3 * texels, "channels"));
+    }
     let is_uniform = match &data.pixels {
         Pixels::Codes(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
         Pixels::Linear(pixels) => {
@@ -76,13 +83,7 @@ fn judge(facts: &SceneFacts<'_>, index: usize) -> Vec<Finding> {
             let wrong = pixels.iter().filter(is_wrong).count() as u64;
             if wrong > 0 {
                 let why = "it has texels that are negative, infinite or no numbers";
-                let finding = Finding::new(
-                    Code::ImageNotLight,
-                    Severity::PictureWrong,
-                    subject,
-                    why,
-                    "write the image anew, with finite numbers of zero or more",
-                );
+                let finding = Finding::new(Code::ImageNotLight, Severity::PictureWrong, subject, why, remedy);
                 found.push(finding.counted(wrong, texels, "texels"));
             }
             pixels.iter().all(|pixel| *pixel == pixels[0])

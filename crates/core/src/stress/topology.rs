@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::fans::{Fan, fans};
 use crate::scene::MeshData;
 
 /// The height of a triangle as a share of its longest edge below which it is next to a line.
@@ -115,6 +116,8 @@ pub(crate) struct Topology {
     pub components: Vec<Component>,
     /// Some edges of exactly two triangles whose sides agree.
     pub shared: Vec<SharedEdge>,
+    /// Some corners that triangles are all around.
+    pub fans: Vec<Fan>,
 }
 
 /// Edges that are kept for aiming.
@@ -136,6 +139,7 @@ impl Topology {
         }
         let every = (found.shared.len() / AIMED).max(1);
         found.shared = found.shared.iter().copied().step_by(every).collect();
+        found.fans = fans(&data.indices, &corners, &kept, &open_corners);
         found.components = components(data, (&corners, &kept), &mut parents, &open_corners);
         found
     }
@@ -194,7 +198,7 @@ impl Topology {
         match run.len() {
             1 => {
                 self.open.add(first);
-                open_corners.push((run[0].0 >> 32) as u32);
+                open_corners.extend([(run[0].0 >> 32) as u32, run[0].0 as u32]);
             }
             2 if forwards == 1 => {
                 if self.edges.is_multiple_of((data.indices.len() as u64 / (4 * AIMED as u64)).max(1)) {
@@ -203,13 +207,13 @@ impl Topology {
             }
             2 => {
                 self.flipped.add(first);
-                open_corners.push((run[0].0 >> 32) as u32);
+                open_corners.extend([(run[0].0 >> 32) as u32, run[0].0 as u32]);
             }
             // Bodies that touch along an edge have as many triangles each way.
             _ if forwards == backwards => {}
             _ => {
                 self.non_manifold.add(first);
-                open_corners.push((run[0].0 >> 32) as u32);
+                open_corners.extend([(run[0].0 >> 32) as u32, run[0].0 as u32]);
             }
         }
     }

@@ -33,7 +33,7 @@ fn sound() -> Scene {
             shadows: true,
             specular: true,
         }],
-        images: vec![Image { name: "grain".into(), path: "grain.png".into(), data: None }],
+        images: vec![Image { name: "grain".into(), path: "grain.png".into(), data: None, mended: 0 }],
         textures: vec![Texture {
             name: "wood".into(),
             image: "grain".into(),

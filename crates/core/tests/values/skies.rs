@@ -44,7 +44,7 @@ fn map(rotation: f64, strength: f64) -> Scene {
     let pixels = (0..8_u8).map(|i| [f32::from(i % 4), f32::from(i / 4), 0.5, 1.0]).collect();
     let data = Arc::new(ImageData { width: 4, height: 2, pixels: Pixels::Linear(pixels) });
     Scene {
-        images: vec![Image { name: "round".to_owned(), path: "round.exr".to_owned(), data: Some(data) }],
+        images: vec![Image { name: "round".to_owned(), path: "round.exr".to_owned(), data: Some(data), mended: 0 }],
         sky: Some(Sky::Map(SkyMap { image: "round".to_owned(), rotation, strength })),
         ..Scene::default()
     }

@@ -57,7 +57,7 @@ impl Import<'_> {
             wrap_u: raywright_core::scene::Wrap::default(),
             wrap_v: raywright_core::scene::Wrap::default(),
         });
-        self.scene.images.push(Image { name: image.clone(), path: image, data: None });
+        self.scene.images.push(Image { name: image.clone(), path: image, data: None, mended: 0 });
         self.bakery.known.insert(key, name.clone());
         name
     }

@@ -126,7 +126,7 @@ impl<'a> Import<'a> {
                     source.uri.clone().filter(|uri| !uri::is_data(uri)).unwrap_or_else(|| format!("{file}#images[{index}]"));
                 let name = self.names.images.unique(source.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(&path));
                 self.waiting.add(self.scene.images.len(), format!("images[{index}]"), bytes);
-                self.scene.images.push(SceneImage { name: name.clone(), path, data: None });
+                self.scene.images.push(SceneImage { name: name.clone(), path, data: None, mended: 0 });
                 Some(name)
             }
             Err(why) => {

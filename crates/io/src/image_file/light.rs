@@ -30,6 +30,11 @@ impl Unusable {
         instead
     }
 
+    /// How many were infinite or no numbers. Negative ones are rounding, mostly, and of those too great nothing is lost that would be seen.
+    pub fn count(&self) -> u64 {
+        self.infinite + self.undefined
+    }
+
     /// What was mended, for a warning; none: nothing.
     pub fn remark(&self) -> Option<String> {
         let kinds = [

@@ -133,7 +133,7 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     pixels.as_flattened_mut().iter_mut().for_each(|value| *value = unusable.mend(*value));
     let (width, height) = (window.size.0 as u32, window.size.1 as u32);
     let remarks = remark.into_iter().chain(unusable.remark()).collect();
-    Ok(Decoded { image: ImageData { width, height, pixels: Pixels::Linear(pixels) }, remarks })
+    Ok(Decoded { image: ImageData { width, height, pixels: Pixels::Linear(pixels) }, remarks, mended: unusable.count() })
 }
 
 /// What a display window shows of the pixels of a data window.

@@ -113,5 +113,6 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     Ok(Decoded {
         image: ImageData { width, height, pixels: Pixels::Linear(pixels) },
         remarks: unusable.remark().into_iter().collect(),
+        mended: unusable.count(),
     })
 }

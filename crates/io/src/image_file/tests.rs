@@ -166,7 +166,7 @@ fn floats_are_what_light_can_be() {
         let mut file = Cursor::new(Vec::new());
         let image = exr::image::Image::from_channels((cases.len(), 1), exr::image::SpecificChannels::rgba(pixel));
         image.write().to_buffered(&mut file).unwrap();
-        let Decoded { image, remarks } = decode(&file.into_inner(), &Limits::default()).unwrap();
+        let Decoded { image, remarks, .. } = decode(&file.into_inner(), &Limits::default()).unwrap();
         let Pixels::Linear(got) = image.pixels else { panic!("linear") };
         let said = "1 infinite (65504 was taken), 1 no numbers (0 was taken), 2 negative (0 was taken)";
         assert!(remarks.len() == 1 && remarks[0].ends_with(said), "{remarks:?}");

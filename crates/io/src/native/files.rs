@@ -47,10 +47,10 @@ pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> 
         _ => waiting.into_par_iter().map(decode).collect(),
     };
     for (i, data) in decoded {
-        let Decoded { image, remarks } = data.map_err(|fault| no_picture(parsed, i, &fault))?;
+        let Decoded { image, remarks, mended } = data.map_err(|fault| no_picture(parsed, i, &fault))?;
         let name = &parsed.scene.images[i].name;
         warnings.extend(remarks.into_iter().map(|remark| Warning::new(parsed.file, format!("image `{name}` {remark}"))));
-        parsed.scene.images[i].data = Some(Arc::new(image));
+        (parsed.scene.images[i].data, parsed.scene.images[i].mended) = (Some(Arc::new(image)), mended);
     }
     for i in 0..parsed.scene.meshes.len() {
         if let MeshSource::File(reference) = &parsed.scene.meshes[i].source {

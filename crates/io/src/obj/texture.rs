@@ -152,7 +152,7 @@ impl<'f> Textures<'f> {
             match endurable(accepted)? {
                 Ok(bytes) => {
                     waiting.add(scene.images.len(), format!("`{path}`"), bytes.into());
-                    scene.images.push(Image { name: path.clone(), path, data: None });
+                    scene.images.push(Image { name: path.clone(), path, data: None, mended: 0 });
                 }
                 Err(why) => warnings.add(warn(why)),
             }

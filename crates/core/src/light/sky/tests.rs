@@ -56,7 +56,7 @@ fn a_quarter_turn_brings_what_was_along_x_to_z() {
     const COLUMNS: u32 = 64;
     let pixels = Pixels::Linear((0..COLUMNS).map(|column| [column as f32; 4]).collect());
     let data = ImageData { width: COLUMNS, height: 1, pixels };
-    let image = crate::scene::Image { name: "stars".to_owned(), path: String::new(), data: Some(Arc::new(data)) };
+    let image = crate::scene::Image { name: "stars".to_owned(), path: String::new(), data: Some(Arc::new(data)), mended: 0 };
     let along = |rotation: f64, d: DVec3| {
         let map = crate::scene::SkyMap { image: "stars".to_owned(), rotation, strength: 1.0 };
         let scene = crate::Scene { images: vec![image.clone()], ..crate::Scene::default() };

@@ -158,3 +158,61 @@ fn unlikely_sizes() {
     small.objects[0].transform = vec![raywright_core::scene::TransformStep::Scale([1e5; 3])];
     assert_eq!(listed(&report(&small).findings), []);
 }
+
+/// Protects: nothing is said of bodies that are right: of glass in every closed shape, hollow, of parts that touch along an edge, with a vertex for each
+/// corner of each face, in priorities, mirrored, many of one mesh, and of rooms that the camera is in.
+#[test]
+fn what_is_right_has_no_findings() {
+    let shapes = [
+        json!({ "torus": { "centre": [0, 0, 0], "axis": [0, 1, 0.5], "major_radius": 1, "minor_radius": 0.4 } }),
+        json!({ "cylinder": { "base": [0, -1, 0], "axis": [0, 1, 0.2], "radius": 0.7, "height": 2 } }),
+        json!({ "cone": { "base": [0, -1, 0], "axis": [0, 1, 0], "radius": 0.9, "height": 2 } }),
+        json!({ "ellipsoid": { "centre": [0, 0, 0], "semi_axes": [1.2, 0.6, 0.8] } }),
+        json!({ "box": { "min": [-1, -1, -1], "max": [1, 0.5, 1] } }),
+        json!({ "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } }),
+    ];
+    let clean = |parts: &Value, what: &str| {
+        let found = report(&scene(parts)).findings;
+        assert_eq!(listed(&found), [], "{what}");
+    };
+    for shape in shapes {
+        clean(&json!({ "objects": [object("glass", shape.clone(), "glass")] }), &shape.to_string());
+    }
+    let one = || object("cube", json!({ "mesh": "cube" }), "glass");
+    let meshes = |mesh: Value, objects: Value| json!({ "meshes": [mesh], "objects": objects });
+    let hollow = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
+        p.extend(p.clone().iter().map(|corner| corner.map(|x| 0.5 * x)));
+        i.extend(i.clone().iter().map(|&[a, b, c]| [a + 8, c + 8, b + 8]));
+    };
+    clean(&meshes(cube([0.0; 3], hollow), json!([one()])), "hollow");
+    let beside = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
+        p.extend(p.clone().iter().map(|&[x, y, z]| [x + 1.6, y + 1.6, z]));
+        i.extend(i.clone().iter().map(|&[a, b, c]| [a + 8, b + 8, c + 8]));
+    };
+    clean(&meshes(cube([-0.8, -0.8, 0.0], beside), json!([one()])), "touching along an edge");
+    let split = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
+        *p = i.iter().flatten().map(|&corner| p[corner as usize]).collect();
+        *i = (0..i.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    };
+    clean(&meshes(cube([0.0; 3], split), json!([one()])), "a vertex for each corner");
+    let mirrored = |x: f64, material: &str, side: &str| {
+        let mut object = object("cube", json!({ "mesh": "cube" }), material);
+        object["transform"] = json!([{ "scale": [-0.5, 0.6, 0.7] }, { "translate": [x, 0, 0] }]);
+        object["side"] = json!(side);
+        object
+    };
+    clean(&meshes(cube([0.0; 3], |_, _| {}), json!([mirrored(0.0, "paint", "culled")])), "mirrored");
+    let three = json!([mirrored(-1.0, "glass", "both"), mirrored(0.2, "glass", "both"), mirrored(1.4, "glass", "both")]);
+    clean(&meshes(cube([0.0; 3], |_, _| {}), three), "instances");
+    let nested = |name: &str, priority: u32| paint(name, json!({ "transmission": 1, "roughness": 0, "priority": priority }));
+    let materials = json!([nested("cup", 2), nested("tea", 1)]);
+    let objects = json!([object("cup", ball([0.0; 3], 1.2), "cup"), object("tea", ball([0.0; 3], 0.7), "tea")]);
+    clean(&json!({ "materials": materials, "objects": objects }), "priorities");
+    let room = json!([
+        object("room", json!({ "box": { "min": [-5, -3, -5], "max": [5, 5, 8] } }), "paint"),
+        object("lamp", ball([0.0, 3.0, 0.0], 0.5), "lamp"),
+        object("ball", ball([0.0; 3], 1.0), "paint")
+    ]);
+    let materials = json!([paint("paint", json!({ "base_colour": 0.5 })), paint("lamp", json!({ "emission": 5 }))]);
+    clean(&json!({ "materials": materials, "objects": room, "sky": null }), "a room");
+}
