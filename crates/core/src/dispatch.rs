@@ -15,7 +15,6 @@ use crate::prepare::{self, ClosedGap, LightLeak, PrepareError, Prepared, ShutAwa
 use crate::render::{Rendered, render};
 use crate::scene::{Camera, Integrator, MeshSource, Scene};
 use crate::settings::{PrecisionChoice, Settings};
-use crate::stress::{AimedRays, Deadline, EdgeAim, RaySurvey, SceneFacts, survey};
 use crate::validate::Problem;
 
 /// A scene prepared for one set of settings, ready to render.
@@ -39,6 +38,15 @@ macro_rules! each {
             AnyPrepared::Reference($prepared) => $value,
         }
     };
+}
+
+/// Work with a prepared scene of whichever precision.
+pub(crate) trait PreparedWork {
+    /// What comes of it.
+    type Output;
+
+    /// Does it.
+    fn run<R: Real>(&self, prepared: &Prepared<R>) -> Self::Output;
 }
 
 /// Prepares a validated scene on the current thread pool: what it calls for is found first, and then built.
@@ -274,14 +282,9 @@ impl Ready {
         each!(&self.inner, p => p.light_leaks(self.settings.size))
     }
 
-    /// What rays through the picture see of a scene's faults.
-    pub(crate) fn survey(&self, facts: &SceneFacts<'_>, seed: u64, deadline: &Deadline<'_>) -> RaySurvey {
-        each!(&self.inner, p => survey(p, facts, self.settings.size, seed, deadline))
-    }
-
-    /// What becomes of rays that are aimed at edges of its meshes.
-    pub(crate) fn aim_at_edges(&self, aim: &EdgeAim<'_>, seed: u64, deadline: &Deadline<'_>) -> AimedRays {
-        each!(&self.inner, p => aim.send(p, seed, deadline))
+    /// Does some work with what was prepared, in its precision.
+    pub(crate) fn work<W: PreparedWork>(&self, work: &W) -> W::Output {
+        each!(&self.inner, p => work.run(p))
     }
 
     /// What is held in memory.

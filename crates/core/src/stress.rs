@@ -42,10 +42,10 @@ use core::time::Duration;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-pub(crate) use aimed::{AimedRays, EdgeAim};
+use aimed::{AimedRays, EdgeAim};
 pub(crate) use facts::SceneFacts;
 pub use finding::{CheckRun, Code, Finding, Severity, Subject};
-pub(crate) use rays::{RaySurvey, survey};
+use rays::{PictureRays, RaySurvey};
 
 use crate::dispatch::{Ready, collapsed, extent, prepare};
 use crate::framing::{FIELD_OF_VIEW, Silhouette};
@@ -233,8 +233,9 @@ impl Session<'_> {
         looks: &mut Looks,
     ) -> Vec<Finding> {
         let seed = self.settings.seed;
-        looks.rays.push(ready.survey(facts, seed, &self.deadline));
-        looks.aimed.push(ready.aim_at_edges(&EdgeAim { facts, topologies }, seed, &self.deadline));
+        let deadline = &self.deadline;
+        looks.rays.push(ready.work(&PictureRays { facts, size: ready.settings().size, seed, deadline }));
+        looks.aimed.push(ready.work(&EdgeAim { facts, topologies, seed, deadline }));
         looks.pictures.push(SmallPicture::of(ready, view.index, &self.deadline));
         bodies::closed(facts, &ready.closed_gaps(), &ready.light_leaks())
     }

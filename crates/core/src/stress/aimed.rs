@@ -11,6 +11,7 @@ use super::facts::{SceneFacts, unit};
 use super::fans::Fan;
 use super::finding::CheckRun;
 use super::topology::{SharedEdge, Topology};
+use crate::dispatch::PreparedWork;
 use crate::generate::{PlacedObject, all_about};
 use crate::prepare::Prepared;
 use crate::scene::{MeshData, SideRule};
@@ -49,15 +50,19 @@ struct Target<'a> {
 }
 
 /// The meshes that rays are aimed at.
-pub(crate) struct EdgeAim<'a> {
+pub(super) struct EdgeAim<'a> {
     pub facts: &'a SceneFacts<'a>,
     pub topologies: &'a BTreeMap<usize, Topology>,
+    pub seed: u64,
+    pub deadline: &'a Deadline<'a>,
 }
 
-impl EdgeAim<'_> {
+impl PreparedWork for EdgeAim<'_> {
+    type Output = AimedRays;
+
     /// Sends the rays from the middle of the camera.
-    pub fn send<R: Real>(&self, prepared: &Prepared<R>, seed: u64, deadline: &Deadline<'_>) -> AimedRays {
-        aim(prepared, &targets(prepared, self.facts, self.topologies), seed, deadline)
+    fn run<R: Real>(&self, prepared: &Prepared<R>) -> AimedRays {
+        aim(prepared, &targets(prepared, self.facts, self.topologies), self.seed, self.deadline)
     }
 }
 
@@ -196,7 +201,7 @@ mod tests {
             let leaks = |scene: &Scene| {
                 let settings = Settings { precision, ..Settings::of(scene) };
                 let ready = crate::prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-                let rays = ready.aim_at_edges(&EdgeAim { facts: &facts, topologies: &topologies }, 7, &deadline);
+                let rays = ready.work(&EdgeAim { facts: &facts, topologies: &topologies, seed: 7, deadline: &deadline });
                 assert_eq!(rays.sent, rays.planned);
                 rays.leaks.values().map(|(count, _)| *count).sum::<u64>()
             };

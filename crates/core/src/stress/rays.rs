@@ -10,6 +10,7 @@ use super::Deadline;
 use super::facts::{Matter, SceneFacts, unit};
 use super::finding::CheckRun;
 use super::values::{Values, judge_values};
+use crate::dispatch::PreparedWork;
 use crate::integrator::PathSegment;
 use crate::interaction::Interaction;
 use crate::prepare::{Prepared, Spawn};
@@ -130,8 +131,23 @@ impl RaySurvey {
     }
 }
 
-/// Sends rays through a picture of a size, in rounds of which each is finished.
-pub(crate) fn survey<R: Real>(
+/// Rays through a picture of a size, in rounds of which each is finished.
+pub(super) struct PictureRays<'a> {
+    pub facts: &'a SceneFacts<'a>,
+    pub size: [u32; 2],
+    pub seed: u64,
+    pub deadline: &'a Deadline<'a>,
+}
+
+impl PreparedWork for PictureRays<'_> {
+    type Output = RaySurvey;
+
+    fn run<R: Real>(&self, prepared: &Prepared<R>) -> RaySurvey {
+        survey(prepared, self.facts, self.size, self.seed, self.deadline)
+    }
+}
+
+fn survey<R: Real>(
     prepared: &Prepared<R>,
     facts: &SceneFacts<'_>,
     size: [u32; 2],
