@@ -15,7 +15,7 @@ const SYNONYMS: [(&[&str], &str); 19] = [
     (&["animation-time", "frame"], "--at T, in seconds"),
     (&["jobs", "cores", "cpus", "n-threads", "j"], "--threads N"),
     (&["noise", "noise-threshold", "noise-level", "tolerance"], "--max-error E, such as 0.05, ends by the picture's error"),
-    (&["depth", "max-depth", "bounces", "max-bounces"], "segments of a path are --path-length N"),
+    (&["depth", "bounces", "max-bounces", "path-length"], "segments of a path are --max-depth N"),
     (&["out", "outfile", "output-file", "filename", "o"], "-o FILE"),
     (&["format", "output-format", "type"], "the name says the format: -o picture.png, .jpg, .webp or .exr"),
     (&["compression", "jpeg-quality"], "--quality Q, from 1 to 100, of .jpg pictures"),
@@ -45,7 +45,7 @@ mod tests {
     fn flags_of_other_programs_lead_to_ours() {
         let said = |word: &str| explained(&Arguments::try_parse_from(["raywright", "render", "a.glb", word]).expect_err(word));
         assert_eq!(said("--samples").as_deref(), Some("error: there is no `--samples`\nhelp: samples a pixel are --spp N"));
-        assert_eq!(said("--max_depth"), said("--max-depth").map(|told| told.replace("max-depth", "max_depth")));
+        assert_eq!(said("--max_bounces"), said("--max-bounces").map(|told| told.replace("max-bounces", "max_bounces")));
         assert!(said("--width=300").is_some_and(|told| told.contains("--size 640x360")));
         assert_eq!((said("--sampels"), said("--spp=x")), (None, None));
     }
