@@ -2,7 +2,7 @@
 
 use raywright_core::settings::Sampling;
 use raywright_core::{Settings, prepare};
-use raywright_io::{Error, Input, Limits, LoadOptions, Loaded, Resolver};
+use raywright_io::{Error, Input, Limits, LoadOptions, Loaded, ModelOptions, Resolver, UpAxis};
 
 use crate::written::{ENCODINGS, Written};
 
@@ -22,10 +22,14 @@ fn from_file(name: &str, bytes: &[u8]) -> Loaded {
     std::fs::write(folder.path().join("m.mtl"), "newmtl m\nmap_Kd x.png\n").expect("a file");
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).expect("a file");
-    let loaded = crate::shared::load(&path);
-    if !name.contains(".scene.") {
-        crate::shared::check_sound(&loaded, &path);
+    if name.contains(".scene.") {
+        return crate::shared::load(&path);
     }
+    // STL takes another axis for up.
+    let model = ModelOptions { up: Some(UpAxis::Y), ..ModelOptions::default() };
+    let loaded = raywright_io::load(&Input::Path(path.clone()), &LoadOptions { model, ..LoadOptions::default() });
+    let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
+    crate::shared::check_sound(&loaded, &path);
     loaded
 }
 
