@@ -5,22 +5,23 @@
 //!
 //! A path's state is numbers alone ([`PathState`]), and what one more segment makes of it does not know which others go beside it.
 
+mod arrival;
 mod classic;
-mod direct;
+mod emission;
+mod gather;
+mod general;
 mod ground;
 mod layered;
+mod light;
 mod matched;
 mod media;
-mod mis;
 mod mixture;
 mod nested;
 mod respond;
-mod rough;
 mod roulette;
 mod scatter;
 mod shade;
 mod straight;
-mod vertex;
 mod vertices;
 mod wavefront;
 
@@ -33,12 +34,10 @@ use super::spawn::LeastDistances;
 use super::{CameraRays, FirstHit, LightTransport, MOST_PASSAGES, PathResults, PathSegment};
 use crate::counters::Counters;
 use crate::interaction::Interaction;
-use crate::light::{LightId, LightUsage, SkySample};
+use crate::light::LightUsage;
 use crate::observer::Observer;
-use crate::prepare::{Material, Prepared};
-use crate::sampler::{Address, Purpose, SampleHash, pair};
-use crate::scene::AlphaMode;
-use crate::settings::LightSampling;
+use crate::prepare::Prepared;
+use crate::sampler::{Address, SampleHash};
 
 /// As many paths as go side by side: what there is of them stays in a core's own cache.
 const PATHS: usize = 256;
@@ -156,17 +155,6 @@ struct PreviousVertex<R: Real> {
     density: f64,
 }
 
-/// Share of a technique in what two techniques find, by the densities of both, squared (Veach, Guibas 1995, "power heuristic"). No
-/// density is squared by itself, so that none overflows.
-#[inline(always)]
-fn weight(own: f64, other: f64) -> f64 {
-    if own == other {
-        return 0.5;
-    }
-    let ratio = other / own;
-    1.0 / (1.0 + ratio * ratio)
-}
-
 impl<R: Real> PathTracer<'_, R> {
     /// The path of a camera ray before its first segment.
     #[inline(always)]
@@ -189,90 +177,11 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// What one more segment makes of a path that has met something. Whether it has another ray to be traced.
-    #[inline(always)]
-    fn met(&mut self, path: &mut PathState<R>, hit: &Hit<R>, at: &mut Interaction<R>) -> bool {
-        at.perturb_where_bumpy(self.scene, &path.leg, hit);
-        self.pass_media(path, at);
-        self.keep_first(path, hit);
-        if let Material::Physical(m) = &self.scene.materials[at.material as usize]
-            && m.alpha != AlphaMode::Opaque
-        {
-            let alpha = m.alpha_at(&self.scene.sources.at(at));
-            // A surface that covers a share of what is behind it is there as often.
-            let absent = alpha < R::ONE && (alpha <= R::ZERO || R::from_f32(pair(path.address, Purpose::Coverage)[0]) >= alpha);
-            if absent {
-                return self.pass(path, at);
-            }
-        }
-        if self.nests()
-            && let Some(beyond) = self.hidden(&path.media, at)
-        {
-            path.media = beyond;
-            return self.pass(path, at);
-        }
-        if let Some(tint) = self.matched(path, at) {
-            return self.pass_matched(path, at, tint);
-        }
-        path.hit = true;
-        path.traced += 1;
-        self.vertex(path, hit, at)
-    }
-
     /// Keeps what a camera ray hits first, where layers ask for it.
     #[inline(always)]
     fn keep_first(&mut self, path: &PathState<R>, hit: &Hit<R>) {
         if self.keeps_first && path.traced == 0 && path.passages == 0 {
             self.first = Some(FirstHit::new(self.scene, &path.leg, hit));
-        }
-    }
-
-    /// Adds what a path saw of what its surface gives off by itself, where that is kept of camera rays.
-    #[inline(always)]
-    fn see(&mut self, camera: bool, radiance: R::Vec3) {
-        if camera && self.keeps_first {
-            self.direct += radiance;
-        }
-    }
-
-    /// What a ray brings that hit nothing and sees this of the sky, in its share.
-    #[inline(always)]
-    fn escaped(&mut self, path: &PathState<R>, seen: &SkySample<R>) -> R::Vec3 {
-        let direction = path.leg.ray.direction;
-        let lights = &self.scene.lights;
-        if self.is_unaided(path)
-            && let Some(density) = lights.sky_sampler().and_then(|sampler| sampler.small())
-        {
-            self.counters.unaided += 1;
-            self.counters.found += u64::from(lights.density_of_sky(direction, seen.place, 1.0) >= density);
-        }
-        seen.radiance * self.found(path, LightId::Sky, |probability| lights.density_of_sky(direction, seen.place, probability))
-    }
-
-    /// Whether a path was scattered and then went on as by a mirror: what it meets then, it meets by chance alone.
-    #[inline(always)]
-    fn is_unaided(&self, path: &PathState<R>) -> bool {
-        path.spread < NARROW && path.previous.density >= NARROW
-    }
-
-    /// Share that a ray has in finding the light that it met, which is drawn with a density by the probability of being asked.
-    #[inline(always)]
-    fn found(&self, path: &PathState<R>, light: LightId, drawn: impl FnOnce(f64) -> f64) -> R {
-        let PreviousVertex { from, normal, density } = path.previous;
-        if density == f64::INFINITY {
-            return R::ONE;
-        }
-        let lights = &self.scene.lights;
-        let sampling = self.scene.sampling_of(light);
-        if sampling == LightSampling::Scattering {
-            return R::ONE;
-        }
-        let probability = lights.choice().probability::<R>(light, from, normal);
-        let other = if probability > 0.0 { drawn(probability) } else { 0.0 };
-        match sampling {
-            LightSampling::Lights if other > 0.0 => R::ZERO,
-            LightSampling::Lights => R::ONE,
-            _ => R::from_f64(weight(density, other)),
         }
     }
 

@@ -11,21 +11,8 @@ use crate::sampler::{Address, Purpose, pair};
 use crate::texture::{Bump, Input, Product, ShadingContext};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Sends a path on from a layered surface; whether it goes on.
-    #[inline(never)]
-    pub(super) fn layered(
-        &mut self,
-        path: &mut PathState<R>,
-        hit: &Hit<R>,
-        at: &Interaction<R>,
-        (m, layered): (&PhysicalInputs<R>, &LayeredInputs<R>),
-    ) -> bool {
-        let mut bsdf = LayeredBsdf::new(Vector::ZERO);
-        let bent = self.layers_at(path, hit, at, (m, layered), &mut bsdf);
-        self.shade(path, hit, at, &bsdf, (bent.as_ref(), R::ONE))
-    }
-
     /// Makes the lobes of a layered surface where a path meets it, and returns the boundary that bends it.
+    #[inline(never)]
     pub(super) fn layers_at(
         &self,
         path: &mut PathState<R>,

@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Real, Vector};
 
-use super::scatter::ScatteredRay;
+use super::scatter::Onward;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::prepare::{Index, Material};
@@ -48,9 +48,8 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn pass_matched(&mut self, path: &mut PathState<R>, at: &Interaction<R>, tint: R::Vec3) -> bool {
         (path.hit, path.traced, path.matched) = (true, path.traced + 1, path.matched + 1);
         let ray = self.scene.spawn(at, at.direction, -R::ONE);
-        let (rest, lit) = (path.leg.rest, Vector::ZERO);
-        let onward = ScatteredRay { ray, rest, lit, smooth: true, through: true, straight: false };
-        self.leave(path, at, (path.throughput * tint, f64::INFINITY), onward);
+        let onward = Onward { rest: path.leg.rest, smooth: true, through: true, straight: false };
+        self.leave(path, at, (path.throughput * tint, f64::INFINITY), (&ray, Vector::ZERO), &onward);
         path.throughput != Vector::ZERO && self.counts_passage(path)
     }
 }

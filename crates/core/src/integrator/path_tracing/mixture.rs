@@ -4,25 +4,30 @@ use core::f64::consts::PI;
 
 use raywright_bvh::{Real, Vector};
 
-use super::scatter::ScatteredRay;
-use super::{PathState, PathTracer};
+use super::PathTracer;
+use super::respond::{Answers, LaneVertex, respond};
+use super::scatter::Onward;
+use super::vertices::LitSides;
 use crate::interaction::Interaction;
+use crate::light::vector;
 use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lobe, cosine_sample};
+use crate::prepare::Material;
 use crate::scene::Mixture;
 
 /// Least chance by which the published shader divides.
 const LEAST_CHANCE: f64 = 0.001;
 
 /// A surface of a mixture as a ray meets it.
-struct MixtureChances {
+pub(super) struct MixtureSurface<R: Real> {
+    albedo: R::Vec3,
     /// Chances of being mirrored and of going through; the rest is diffused.
     mirrored: f64,
     through: f64,
     interface: Interface,
 }
 
-impl MixtureChances {
-    fn new<R: Real>(m: &Mixture, at: &Interaction<R>) -> Self {
+impl<R: Real> MixtureSurface<R> {
+    pub fn new(m: &Mixture, at: &Interaction<R>, albedo: R::Vec3) -> Self {
         let normal = at.facing_normal();
         let eta = m.ior.map_or(1.0, |ior| if at.outside { 1.0 / ior } else { ior });
         let interface = Interface::new(at.direction.to_f64(), normal.to_f64(), eta);
@@ -43,21 +48,38 @@ impl MixtureChances {
         if interface.refracted.is_none() {
             through = 0.0;
         }
-        Self { mirrored, through, interface }
+        Self { albedo, mirrored, through, interface }
+    }
+
+    /// Chance of being diffused.
+    fn diffused(&self) -> f64 {
+        1.0 - self.mirrored - self.through
+    }
+
+    /// To which lights it answers: what its own roulette weighs is met by chance alone.
+    pub fn sides(&self, m: &Mixture) -> LitSides {
+        if !m.published_roulette && self.diffused() > 0.0 { LitSides::One } else { LitSides::None }
     }
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Sends a path on from such a surface; whether it goes on.
+    /// What such a surface answers at a vertex, and how the path goes on.
     #[inline(never)]
-    pub(super) fn mixed(&mut self, path: &mut PathState<R>, at: &Interaction<R>, m: &Mixture, albedo: R::Vec3) -> bool {
-        let (met, normal) = (MixtureChances::new(m, at), at.facing_normal());
-        let diffused = 1.0 - met.mirrored - met.through;
-        if !m.published_roulette && diffused > 0.0 {
-            let matte = Bsdf::<R>::new(normal).with(Lobe::Lambert { albedo: albedo * R::from_f64(diffused) });
-            self.light(path, at, &matte, R::from_f64(PI));
+    pub(super) fn answer_mixture(
+        &self,
+        here: &LaneVertex<'_, R>,
+        surface: &MixtureSurface<R>,
+        answers: &mut Answers<R>,
+    ) -> Onward<R> {
+        let normal = vector::<R>(&here.vertices.normal, here.lane);
+        let diffused = surface.diffused();
+        if let Some(light) = here.light() {
+            let matte = Bsdf::<R>::new(normal).with(Lobe::Lambert { albedo: surface.albedo * R::from_f64(diffused) });
+            answers.put_response(here.lane, &respond(&matte, here.view(), light));
         }
-        let [way, u, v, luck] = path.draws.scatter.map(R::from_f32);
+        let Material::Classic(classic) = &self.scene.materials[here.met().material as usize] else { return Onward::REFLECTED };
+        let Some(m) = &classic.mixture else { return Onward::REFLECTED };
+        let [way, u, v, luck] = here.numbers();
         let way = way.to_f64();
         // The normal and an even point of the unit sphere together are drawn by the cosine.
         let h = Frame::<R>::about(normal).to_world(cosine_sample::<R>([u, v]));
@@ -65,32 +87,30 @@ impl<R: Real> PathTracer<'_, R> {
             let share = roughness * roughness;
             R::Vec3::from_f64((smooth * (1.0 - share) + about.to_f64() * share).normalize())
         };
-        let one = R::ONE;
-        let (direction, weight, chance, side) = if way < met.mirrored {
+        let (one, is_mirrored) = (R::ONE, way < surface.mirrored);
+        let refracted = surface.interface.refracted.filter(|_| !is_mirrored && way < surface.mirrored + surface.through);
+        let (direction, mut weight, chance) = if is_mirrored {
             let colour = R::Vec3::from_f64(m.specular_colour.0.into());
-            (blend(met.interface.reflected, h, m.specular_roughness), colour, met.mirrored, one)
-        } else if let Some(refracted) = met.interface.refracted.filter(|_| way < met.mirrored + met.through) {
-            (blend(refracted, h - normal * (one + one) * h.dot(normal), m.refraction_roughness), Vector::ONE, met.through, -one)
+            (blend(surface.interface.reflected, h, m.specular_roughness), colour, surface.mirrored)
+        } else if let Some(refracted) = refracted {
+            let about = h - normal * (one + one) * h.dot(normal);
+            (blend(refracted, about, m.refraction_roughness), Vector::ONE, surface.through)
         } else {
-            (h, albedo, diffused, one)
+            (h, surface.albedo, diffused)
         };
-        let priced = side == one && way >= met.mirrored && !m.published_roulette;
+        let priced = refracted.is_none() && !is_mirrored && !m.published_roulette;
         let density = if priced { R::from_f64(diffused / PI) * normal.dot(h) } else { R::ZERO };
-        let mut drawn = BsdfSample { some: true, direction, weight, density, delta: !priced };
+        let mut some = true;
         if m.published_roulette {
-            let divided = weight * R::from_f64(1.0 / chance.max(LEAST_CHANCE));
-            let largest = (path.throughput * divided).max_element();
-            if !largest.is_finite() {
-                path.radiance += path.throughput * divided;
-                return false;
+            weight = weight * R::from_f64(1.0 / chance.max(LEAST_CHANCE));
+            let largest = (vector::<R>(&here.vertices.throughput, here.lane) * weight).max_element();
+            // What is no number goes on as it is, and ends so that its sample is dropped.
+            if largest.is_finite() {
+                some = luck < largest;
+                weight = weight * (one / largest);
             }
-            if luck >= largest {
-                return false;
-            }
-            drawn.weight = divided * (one / largest);
         }
-        let ray = self.scene.spawn(at, direction, if normal == at.normal { side } else { -side });
-        let (smooth, through) = (way < met.mirrored, side != one);
-        self.go_on(path, at, &drawn, ScatteredRay { ray, rest: Vector::ZERO, lit: normal, smooth, through, straight: false })
+        answers.put_sample(here.lane, &BsdfSample { some, direction, weight, density, delta: !priced });
+        Onward { smooth: is_mirrored, through: refracted.is_some(), ..Onward::REFLECTED }
     }
 }

@@ -5,8 +5,9 @@ use core::array::from_fn;
 
 use raywright_bvh::{Loops, Real, Vector, widest};
 
-use super::vertices::VertexLanes;
-use crate::light::{Column, LANES, Vec3Column};
+use super::vertices::{Bounce, VertexLanes};
+use crate::interaction::Interaction;
+use crate::light::{Column, LANES, LightLanes, TargetKind, Vec3Column, put, vector};
 use crate::material::{Bsdf, BsdfSample, Frame, Lobe, LobeFamily, MetallicRoughness, NormalMap};
 use crate::number::{Lanes, Mask, Number, Vector3};
 
@@ -33,38 +34,83 @@ pub(super) fn respond<N: Number, L: LobeFamily<N>, const MOST: usize>(
 }
 
 /// How surfaces answer, in columns.
+#[derive(Clone, Copy)]
 pub(super) struct Answers<R: Real> {
     pub value: Vec3Column<R>,
     pub diffuse: Vec3Column<R>,
     /// How densely the directions to lights would have been drawn.
     pub light_density: Column<R>,
-    /// Whether a direction was drawn, what light from there counts, and how densely it is drawn.
+    /// Whether a direction was drawn that light may take, what light from there counts, and how densely it is drawn: infinitely so by mirrors
+    /// and clear glass.
     pub some: Column<bool>,
     pub direction: Vec3Column<R>,
     pub weight: Vec3Column<R>,
     pub density: Column<R>,
 }
 
-impl<R: Real> Answers<R> {
-    /// Of vertices that ask lights in these directions. `MATTE`: on surfaces that reflect nothing, of which one lobe is left with the same numbers.
+/// What vertices answer with.
+pub(super) trait Answer<R: Real> {
+    /// The answers of vertices that ask these lights.
+    fn answers(&self, vertices: &VertexLanes<R>, lights: &LightLanes<R>) -> Answers<R>;
+}
+
+/// Common surfaces. `MATTE`: that reflect nothing, of which one lobe is left with the same numbers. `compensated`: whether facets give back what
+/// they send to each other.
+pub(super) struct Common<const MATTE: bool> {
+    pub compensated: bool,
+}
+
+impl<R: Real, const MATTE: bool> Answer<R> for Common<MATTE> {
     #[inline(always)]
-    pub fn of<const MATTE: bool>(vertices: &VertexLanes<R>, lights: &Vec3Column<R>, compensated: bool) -> Self {
-        let none = [[R::ZERO; LANES]; 3];
-        let mut answers = Self {
-            value: none,
-            diffuse: none,
-            light_density: none[0],
-            some: [false; LANES],
-            direction: none,
-            weight: none,
-            density: none[0],
-        };
+    fn answers(&self, vertices: &VertexLanes<R>, lights: &LightLanes<R>) -> Answers<R> {
+        let mut answers = Answers::NONE;
         if R::IS_SINGLE {
-            answers.add::<Lanes<LANES>, MATTE>(0, vertices, lights, compensated);
+            answers.add::<Lanes<LANES>, MATTE>(0, vertices, &lights.direction, self.compensated);
         } else {
-            (0..vertices.len).for_each(|lane| answers.add::<R, MATTE>(lane, vertices, lights, compensated));
+            (0..vertices.len).for_each(|lane| answers.add::<R, MATTE>(lane, vertices, &lights.direction, self.compensated));
+        }
+        for lane in 0..LANES {
+            // A shading normal must not take a reflection below the surface.
+            let (geometric, direction) = (vector::<R>(&vertices.geometric, lane), vector::<R>(&answers.direction, lane));
+            let below = Vector::dot(geometric, direction) < R::ZERO;
+            answers.some[lane] &= !below;
         }
         answers
+    }
+}
+
+impl<R: Real> Answer<R> for Answers<R> {
+    /// Those that are known.
+    #[inline(always)]
+    fn answers(&self, _: &VertexLanes<R>, _: &LightLanes<R>) -> Self {
+        *self
+    }
+}
+
+impl<R: Real> Answers<R> {
+    pub const NONE: Self = Self {
+        value: [[R::ZERO; LANES]; 3],
+        diffuse: [[R::ZERO; LANES]; 3],
+        light_density: [R::ZERO; LANES],
+        some: [false; LANES],
+        direction: [[R::ZERO; LANES]; 3],
+        weight: [[R::ZERO; LANES]; 3],
+        density: [R::ZERO; LANES],
+    };
+
+    /// Says what one vertex sends back of its light.
+    pub fn put_response(&mut self, lane: usize, response: &LightResponse<R>) {
+        put::<R>(&mut self.value, lane, response.value);
+        put::<R>(&mut self.diffuse, lane, response.diffuse);
+        self.light_density[lane] = response.density;
+    }
+
+    /// Says which way the path of one vertex would go on.
+    pub fn put_sample(&mut self, lane: usize, drawn: &BsdfSample<R>) {
+        self.some[lane] = drawn.some;
+        put::<R>(&mut self.direction, lane, drawn.direction);
+        put::<R>(&mut self.weight, lane, drawn.weight);
+        self.density[lane] = if drawn.delta { R::INFINITY } else { drawn.density };
     }
 
     /// Adds those of as many vertices as a number has lanes.
@@ -100,6 +146,37 @@ impl<R: Real> Answers<R> {
         for lane in 0..N::LANES {
             out.some[from + lane] = sampled.some.lane(lane);
         }
+    }
+}
+
+/// One of several vertices, and what is known of it.
+pub(super) struct LaneVertex<'a, R: Real> {
+    pub bounce: &'a Bounce<'a, R>,
+    pub vertices: &'a VertexLanes<R>,
+    pub lights: &'a LightLanes<R>,
+    pub lane: usize,
+}
+
+impl<R: Real> LaneVertex<'_, R> {
+    /// Unit direction to where it is seen from.
+    pub fn view(&self) -> R::Vec3 {
+        -vector::<R>(&self.vertices.direction, self.lane)
+    }
+
+    /// Unit direction to the light that it asks, where there is one, and whether that makes no highlights.
+    pub fn light(&self) -> Option<(R::Vec3, bool)> {
+        let is_seen = self.lights.aim[self.lane] != TargetKind::Nothing;
+        is_seen.then(|| (vector::<R>(&self.lights.direction, self.lane), self.vertices.strategy[self.lane].is_dull()))
+    }
+
+    /// Numbers in [0, 1) for the lobe, the direction, and whether the path goes on.
+    pub fn numbers(&self) -> [R; 4] {
+        self.vertices.numbers.map(|column| column[self.lane])
+    }
+
+    /// What the path met there.
+    pub fn met(&self) -> &Interaction<R> {
+        self.bounce.of(self.vertices.place[self.lane]).1
     }
 }
 

@@ -1,20 +1,20 @@
-//! What becomes of several vertices on common surfaces: what they send back of the lights that they ask, and the rays that leave them, step by
+//! What becomes of several vertices: what they send back of the lights that they ask, and the rays that leave them, step by
 //! step, each step of all of them. Each has the bits that it would have alone.
 
 use raywright_bvh::{Loops, Ray, Real, Vector};
 
-use super::mis::MisStrategy;
-use super::respond::Answers;
+use super::light::weight;
+use super::respond::{Answer, Answers};
 use super::roulette::{is_number, is_some, survive};
-use super::vertices::VertexLanes;
-use super::weight;
+use super::vertices::{LitSides, MisStrategy, VertexLanes};
 use crate::light::{Column, LANES, LightLanes, TargetKind, Vec3Column, put, vector};
 
 /// What becomes of vertices.
 #[derive(Clone, Copy)]
 pub(super) struct ShadedLanes<R: Real> {
-    /// Whether anything is sent back of a light where nothing is in between, and what.
+    /// Whether anything is sent back of a light where nothing is in between, whether that shines through the surface, and what.
     pub is_lit: Column<bool>,
+    pub is_through: Column<bool>,
     pub sent: Vec3Column<R>,
     /// The ray to what it aims at where that is a surface or infinitely far, and its length; not above zero where nothing is in between.
     pub start: Vec3Column<R>,
@@ -30,23 +30,25 @@ pub(super) struct ShadedLanes<R: Real> {
     pub density: Column<R>,
 }
 
-/// Shades vertices. `MATTE`: on surfaces that reflect nothing, of which one lobe is left with the same numbers.
-pub(super) struct Shade<'a, R: Real, const MATTE: bool> {
+/// Shades vertices.
+pub(super) struct Shade<'a, R: Real, A: Answer<R>> {
     pub vertices: &'a VertexLanes<R>,
     pub lights: &'a LightLanes<R>,
-    pub compensated: bool,
+    /// What they answer with.
+    pub answer: &'a A,
     /// As far as a shadow of a light without size that is infinitely far reaches.
     pub reach: R,
 }
 
-impl<R: Real, const MATTE: bool> Loops for Shade<'_, R, MATTE> {
+impl<R: Real, A: Answer<R>> Loops for Shade<'_, R, A> {
     type Output = ShadedLanes<R>;
     #[inline(always)]
     fn run(self) -> ShadedLanes<R> {
         let none = [[R::ZERO; LANES]; 3];
-        let answers = Answers::of::<MATTE>(self.vertices, &self.lights.direction, self.compensated);
+        let answers = self.answer.answers(self.vertices, self.lights);
         let mut out = ShadedLanes {
             is_lit: [false; LANES],
+            is_through: [false; LANES],
             sent: none,
             start: none,
             towards: none,
@@ -65,7 +67,7 @@ impl<R: Real, const MATTE: bool> Loops for Shade<'_, R, MATTE> {
     }
 }
 
-impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
+impl<R: Real, A: Answer<R>> Shade<'_, R, A> {
     /// What is sent back of the lights where nothing is in between.
     #[inline(always)]
     fn light(&self, answers: &Answers<R>, out: &mut ShadedLanes<R>) {
@@ -75,7 +77,7 @@ impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
         let mut sizeless = [false; LANES];
         let mut seen = [false; LANES];
         for lane in 0..LANES {
-            weighed[lane] = matches!(v.strategy[lane], MisStrategy::Weighed(_));
+            weighed[lane] = matches!(v.strategy[lane], MisStrategy::Weighed);
             dull[lane] = v.strategy[lane].is_dull();
             sizeless[lane] = matches!(v.strategy[lane], MisStrategy::Delta { .. });
             seen[lane] = lights.aim[lane] != TargetKind::Nothing;
@@ -83,16 +85,19 @@ impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
         for lane in 0..LANES {
             let (towards, zero) = (vector::<R>(&lights.direction, lane), R::ZERO);
             let facing = vector::<R>(&v.normal, lane).dot(towards);
-            // Above the shading normal's horizon and the surface's own.
+            // Above the shading normal's horizon and the surface's own, or below both of what lets light through. Only what is given back answers
+            // to lights that make no highlights.
             let below = vector::<R>(&v.geometric, lane).dot(towards) < zero;
             let above = (facing > zero) & !below;
+            let through = (v.sides[lane] == LitSides::Both) & (facing < zero) & below & !dull[lane];
             let (value, diffuse) = (vector::<R>(&answers.value, lane), vector::<R>(&answers.diffuse, lane));
             let value = if dull[lane] { diffuse } else { value };
             let both = R::from_f64(weight(lights.density[lane], answers.light_density[lane].to_f64()));
             let share = if sizeless[lane] { v.gain[lane] } else { R::ONE };
             let share = if weighed[lane] { both } else { share };
             let sent = vector::<R>(&lights.arriving, lane) * value * (Real::abs(facing) * share);
-            out.is_lit[lane] = seen[lane] & above & is_some::<R>(sent);
+            out.is_lit[lane] = seen[lane] & (above | through) & is_some::<R>(sent);
+            out.is_through[lane] = through;
             put::<R>(&mut out.sent, lane, sent);
         }
     }
@@ -129,12 +134,10 @@ impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
         let v = self.vertices;
         for lane in 0..LANES {
             let direction = vector::<R>(&answers.direction, lane);
-            // A shading normal must not take a reflection below the surface.
-            let below = vector::<R>(&v.geometric, lane).dot(direction) < R::ZERO;
             let throughput = vector::<R>(&v.throughput, lane) * vector::<R>(&answers.weight, lane);
-            out.overflows[lane] = answers.some[lane] & !below & !is_number::<R>(throughput);
+            out.overflows[lane] = answers.some[lane] & !is_number::<R>(throughput);
             let (throughput, goes_on) = survive(throughput, v.most_survival[lane], v.numbers[3][lane]);
-            out.goes_on[lane] = answers.some[lane] & !below & goes_on;
+            out.goes_on[lane] = answers.some[lane] & goes_on;
             put::<R>(&mut out.throughput, lane, throughput);
             put::<R>(&mut out.origin, lane, v.surface.lane(lane).spawn(direction));
         }

@@ -1,13 +1,59 @@
-//! Vertices on common surfaces in columns: what is a number of one vertex stands beside that of the next, as lanes take them.
+//! Vertices in columns: what is a number of one vertex stands beside that of the next, as lanes take them.
 
-use raywright_bvh::Real;
+use raywright_bvh::{Hit, Real};
 
 use super::PathState;
-use super::mis::MisStrategy;
 use crate::interaction::Interaction;
 use crate::light::{Column, LANES, SurfaceLanes, Vec3Column, put};
 use crate::material::MetallicRoughness;
 use crate::settings::Roulette;
+
+/// A segment of many paths.
+pub(super) struct Bounce<'a, R: Real> {
+    pub paths: &'a mut [PathState<R>],
+    /// Those that met something, by their places.
+    pub going: &'a [u32],
+    /// What they met, in their order, and as which hits.
+    pub met: &'a mut [Interaction<R>],
+    pub hits: &'a [Option<Hit<R>>],
+}
+
+impl<R: Real> Bounce<'_, R> {
+    /// The path that comes to a vertex, and what it met there.
+    #[inline(always)]
+    pub fn of(&self, place: u32) -> (&PathState<R>, &Interaction<R>) {
+        (&self.paths[self.going[place as usize] as usize], &self.met[place as usize])
+    }
+}
+
+/// Which lights a surface answers to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LitSides {
+    /// None that could be drawn.
+    None,
+    /// Those on the side of its normal.
+    One,
+    /// Those on either side, of which some shine through it.
+    Both,
+}
+
+/// What a light asks of a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum MisStrategy {
+    /// What it sends back.
+    Value,
+    /// The same of a light without size, of which only some make highlights.
+    Delta { shines: bool },
+    /// What it sends back, and how densely it would have drawn the direction to the light.
+    Weighed,
+}
+
+impl MisStrategy {
+    /// Whether what is diffused alone answers it.
+    pub fn is_dull(&self) -> bool {
+        matches!(self, Self::Delta { shines: false })
+    }
+}
 
 /// Some vertices, and the paths that come to them.
 #[derive(Clone, Copy, Debug)]
@@ -22,8 +68,10 @@ pub(super) struct VertexLanes<R: Real> {
     pub normal: Vec3Column<R>,
     /// Unit direction towards the surface.
     pub direction: Vec3Column<R>,
+    pub sides: Column<LitSides>,
+    /// Of common surfaces: what they reflect, and metallic, roughness, and the dielectric's reflectance at normal and at grazing incidence, these not
+    /// of matte ones.
     pub base: Vec3Column<R>,
-    /// Metallic, roughness, and the dielectric's reflectance at normal and at grazing incidence; not of matte surfaces.
     pub terms: [Column<R>; 4],
     /// Factor on lights without size, whose unit is not the same to both families of materials.
     pub gain: Column<R>,
@@ -46,6 +94,7 @@ impl<R: Real> VertexLanes<R> {
             geometric: none,
             normal: none,
             direction: none,
+            sides: [LitSides::One; LANES],
             base: none,
             terms: [none[0]; 4],
             gain: none[0],
@@ -56,33 +105,40 @@ impl<R: Real> VertexLanes<R> {
         }
     }
 
-    /// Adds a vertex.
+    /// Adds a vertex on a surface with a normal, and returns its lane.
     #[inline(always)]
     pub fn push(
         &mut self,
         place: u32,
         (path, at): (&PathState<R>, &Interaction<R>),
-        (model, gain): (&MetallicRoughness<R>, R),
+        (normal, sides, gain): (R::Vec3, LitSides, R),
         roulette: Roulette,
-    ) {
+    ) -> usize {
         let lane = self.len;
         self.len += 1;
         self.place[lane] = place;
         self.surface.put(lane, &at.surface);
         put::<R>(&mut self.geometric, lane, if at.outside { at.surface.normal } else { -at.surface.normal });
-        put::<R>(&mut self.normal, lane, at.normal);
+        put::<R>(&mut self.normal, lane, normal);
         put::<R>(&mut self.direction, lane, at.direction);
-        put::<R>(&mut self.base, lane, model.base);
-        let terms = [model.metallic, model.roughness, model.dielectric, model.grazing];
-        for (column, term) in self.terms.iter_mut().zip(terms) {
-            column[lane] = term;
-        }
+        self.sides[lane] = sides;
         self.gain[lane] = gain;
         put::<R>(&mut self.throughput, lane, path.throughput);
         for (column, number) in self.numbers.iter_mut().zip(path.draws.scatter) {
             column[lane] = R::from_f32(number);
         }
         self.most_survival[lane] = path.most_survival(roulette);
+        lane
+    }
+
+    /// Says what the common surface of a lane is made of.
+    #[inline(always)]
+    pub fn put_model(&mut self, lane: usize, model: &MetallicRoughness<R>) {
+        put::<R>(&mut self.base, lane, model.base);
+        let terms = [model.metallic, model.roughness, model.dielectric, model.grazing];
+        for (column, term) in self.terms.iter_mut().zip(terms) {
+            column[lane] = term;
+        }
     }
 
     #[inline(always)]
@@ -103,9 +159,14 @@ impl<R: Real> VertexList<R> {
         self.used = 0;
     }
 
-    /// Lanes with room for a vertex, and their place in the list.
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.used.checked_sub(1).map_or(0, |last| last * LANES + self.lanes[last].len)
+    }
+
+    /// Lanes with room for a vertex.
     #[inline(always)]
-    pub fn open(&mut self) -> (&mut VertexLanes<R>, usize) {
+    pub fn open(&mut self) -> &mut VertexLanes<R> {
         if self.used == 0 || self.lanes[self.used - 1].is_full() {
             if self.used == self.lanes.len() {
                 self.lanes.push(VertexLanes::new());
@@ -113,8 +174,7 @@ impl<R: Real> VertexList<R> {
             self.lanes[self.used].len = 0;
             self.used += 1;
         }
-        let last = self.used - 1;
-        (&mut self.lanes[last], last)
+        &mut self.lanes[self.used - 1]
     }
 
     pub fn lanes(&mut self) -> &mut [VertexLanes<R>] {

@@ -1,13 +1,18 @@
 //! Many paths at a time, stage by stage, each segment of all of them before the next one of any: what one asks of memory is on its way while
 //! others compute, and rays, sky and surfaces each have the caches to themselves. No path's bits depend on which others it goes with.
 
-use raywright_bvh::{Hit, Interval, Real, Vector};
+use raywright_bvh::{Hit, Interval, Real, Vector, widest};
 
 use super::super::{CameraRays, FirstHits, PACKET, PathResult, PathResults};
-use super::rough::{Bounce, RoughVertices};
+use super::gather::Vertices;
+use super::light::AskedLights;
+use super::respond::{Answer, Common};
+use super::scatter::Onward;
+use super::shade::Shade;
+use super::vertices::{Bounce, VertexLanes};
 use super::{PathState, PathTracer, VertexSamples};
 use crate::interaction::Interaction;
-use crate::light::SkySample;
+use crate::light::{Column, LANES, LightLanes, SkySample};
 use crate::sampler::{Purpose, Sequence, fours};
 
 /// Paths on their way together; kept by who has many, so that its lists are made once.
@@ -24,7 +29,9 @@ pub(super) struct Wavefront<R: Real> {
     met: Vec<Interaction<R>>,
     sequences: Vec<(Sequence, u32)>,
     draws: Vec<[f32; 4]>,
-    rough: RoughVertices<R>,
+    vertices: Vertices<R>,
+    /// The lights that vertices of a kind ask.
+    asked: AskedLights<R>,
     /// Which of them go on.
     goes: Vec<bool>,
     first_hits: FirstHits<R>,
@@ -43,7 +50,7 @@ impl<R: Real> PathTracer<'_, R> {
             self.locate(wave);
             self.draw(wave);
             self.evaluate(wave, results);
-            self.shade_rough(wave);
+            self.shade(wave);
             compact(wave);
             self.intersect(wave);
         }
@@ -143,15 +150,14 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Reads what surfaces are made of and adds what they give off: those of common surfaces are gathered, others are shaded at once.
+    /// Reads what surfaces are made of, adds what they give off, and puts their vertices into queues by kind.
     fn evaluate(&mut self, wave: &mut Wavefront<R>, results: &mut PathResults<R>) {
-        let Wavefront { paths, going, hits, met, rough, goes, .. } = wave;
-        rough.clear();
+        let Wavefront { paths, going, hits, met, vertices, goes, .. } = wave;
+        vertices.clear();
         goes.clear();
         for (k, (&place, at)) in going.iter().zip(&mut *met).enumerate() {
             let (path, Some(hit)) = (&mut paths[place as usize], &hits[k]) else { continue };
-            let goes_on = self.gather_rough(k as u32, (path, hit, at), rough) || self.met(path, hit, at);
-            goes.push(goes_on);
+            goes.push(self.gather(k as u32, (path, hit, at), vertices));
             if self.keeps_first {
                 let (first, direct) = (&mut results.first_hits[place as usize], &mut results.direct[place as usize]);
                 *first = self.first.take().or(*first);
@@ -160,9 +166,48 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Shades the vertices on common surfaces.
-    fn shade_rough(&mut self, Wavefront { paths, going, met, rough, goes, .. }: &mut Wavefront<R>) {
-        self.shade_gathered(Bounce { paths, going, met }, rough, |k| goes[k as usize] = false);
+    /// Shades the vertices, kind by kind.
+    fn shade(&mut self, Wavefront { paths, going, hits, met, vertices, asked, goes, .. }: &mut Wavefront<R>) {
+        vertices.bend_normals(met);
+        let (mut bounce, compensated) = (Bounce { paths, going, met, hits }, self.scene.compensates);
+        let Vertices { matte, glossy, general, surfaces, .. } = vertices;
+        self.shade_each(&mut bounce, (matte.lanes(), asked), goes, |_, _, _, _| (Common::<true> { compensated }, None));
+        self.shade_each(&mut bounce, (glossy.lanes(), asked), goes, |_, _, _, _| (Common::<false> { compensated }, None));
+        self.shade_each(&mut bounce, (general.lanes(), asked), goes, |tracer, bounce, before, (vertices, lights)| {
+            let (answers, onward) = tracer.answer_general(bounce, (surfaces, before), (vertices, lights));
+            (answers, Some(onward))
+        });
+    }
+
+    /// Shades vertices of a kind and sends their paths on. `answer`: what so many lanes of them answer to the lights that they ask, and how they
+    /// send paths on.
+    fn shade_each<A: Answer<R>>(
+        &mut self,
+        bounce: &mut Bounce<'_, R>,
+        (vertices, asked): (&mut [VertexLanes<R>], &mut AskedLights<R>),
+        goes: &mut [bool],
+        answer: impl Fn(&Self, &Bounce<'_, R>, usize, (&VertexLanes<R>, &LightLanes<R>)) -> (A, Option<Column<Onward<R>>>),
+    ) {
+        self.sample_lights(bounce, vertices, asked);
+        for (group, (vertices, (chosen, lights))) in vertices.iter().zip(asked.lanes()).enumerate() {
+            let (answer, onward) = answer(self, bounce, group * LANES, (vertices, lights));
+            let shaded = widest(Shade { vertices, lights, answer: &answer, reach: self.scene.rules.shadow_max_distance });
+            for lane in 0..vertices.len {
+                let place = vertices.place[lane] as usize;
+                if let Some(chosen) = chosen[lane].as_ref().filter(|_| shaded.is_lit[lane]) {
+                    self.add_light(bounce, (vertices, lane), (chosen, lights), &shaded);
+                }
+                if shaded.goes_on[lane] {
+                    let onward = onward.as_ref().map_or(Onward::REFLECTED, |onward| onward[lane]);
+                    self.send_on(bounce, (vertices, lane), &shaded, &onward);
+                } else {
+                    if shaded.overflows[lane] {
+                        bounce.paths[bounce.going[place] as usize].radiance = Vector::splat(R::INFINITY);
+                    }
+                    goes[place] = false;
+                }
+            }
+        }
     }
 
     /// What the paths brought, limited and seen through a veil as the scene says.

@@ -6,6 +6,7 @@ use glam::Vec3;
 use raywright_bvh::{Interval, Surface};
 
 use super::super::media::Media;
+use super::super::respond::Common;
 use super::super::{PathState, PreviousVertex, VertexSamples};
 use super::*;
 use crate::integrator::PathSegment;
@@ -68,8 +69,9 @@ impl Vertices {
         (model, gain): (&MetallicRoughness<f32>, f32),
         light: Option<(&LightSample<f32>, MisStrategy)>,
     ) {
-        let lane = self.vertices.len;
-        self.vertices.push(lane as u32, (path, at), (model, gain), Roulette::Late);
+        let place = self.vertices.len as u32;
+        let lane = self.vertices.push(place, (path, at), (at.normal, LitSides::One, gain), Roulette::Late);
+        self.vertices.put_model(lane, model);
         if let Some((sample, strategy)) = light {
             self.lights.put(lane, sample);
             self.vertices.strategy[lane] = strategy;
@@ -77,7 +79,7 @@ impl Vertices {
     }
 
     fn shade(&self) -> ShadedLanes<f32> {
-        Shade::<f32, true> { vertices: &self.vertices, lights: &self.lights, compensated: true, reach: 70.0 }.run()
+        Shade { vertices: &self.vertices, lights: &self.lights, answer: &Common::<true> { compensated: true }, reach: 70.0 }.run()
     }
 }
 
@@ -104,7 +106,7 @@ fn lights_are_sent_back_in_closed_form() {
     let by = |direction, density| light(direction, arriving, density, Target::Infinity);
     let sized = |direction| by(direction, Density::SolidAngle(0.25));
     all.push((&path, &at), (&matte(albedos[0]), 1.0), Some((&sized(steep), MisStrategy::Value)));
-    all.push((&path, &at), (&matte(albedos[1]), 1.0), Some((&sized(steep), MisStrategy::Weighed(0.25))));
+    all.push((&path, &at), (&matte(albedos[1]), 1.0), Some((&sized(steep), MisStrategy::Weighed)));
     all.push((&path, &at), (&matte(albedos[0]), PI), Some((&by(steep, Density::Delta), MisStrategy::Delta { shines: false })));
     // Above the shading normal's horizon and below the surface, and the other way round.
     all.push(
@@ -145,9 +147,9 @@ fn what_reflects_nothing_is_matte() {
         let towards = Vec3::new(0.5 - part, 0.4, part).normalize();
         let lamp = light(towards, Vec3::new(3.0, 2.0, 1.0), Density::SolidAngle(0.25), Target::Infinity);
         assert!(model.is_matte());
-        all.push((&path, &at), (&model, 1.0), Some((&lamp, MisStrategy::Weighed(0.25))));
+        all.push((&path, &at), (&model, 1.0), Some((&lamp, MisStrategy::Weighed)));
     }
-    let glossy = Shade::<f32, false> { vertices: &all.vertices, lights: &all.lights, compensated: true, reach: 70.0 }.run();
+    let glossy = Shade { vertices: &all.vertices, lights: &all.lights, answer: &Common::<false> { compensated: true }, reach: 70.0 }.run();
     let matte = all.shade();
     assert!(matte.is_lit.contains(&true) && matte.goes_on.contains(&true));
     assert_eq!((matte.is_lit, matte.goes_on), (glossy.is_lit, glossy.goes_on));

@@ -1,109 +1,51 @@
-//! What a vertex of a path receives from the light that it asks.
+//! How much arrives of what a vertex would receive from the light that it asks.
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::super::PathSegment;
 use super::super::shadow::Transmittance;
-use super::mis::MisStrategy;
-use super::respond::LightResponse;
-use super::{PathState, PathTracer, weight};
+use super::shade::ShadedLanes;
+use super::vertices::{Bounce, VertexLanes};
+use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::light::{ChosenLight, Density, LightId, LightSample, Target};
+use crate::light::{ChosenLight, Density, LightId, LightLanes, LightSample, Target, TargetKind, vector};
 use crate::prepare::{Material, Spawn};
 use crate::scene::AlphaMode;
-use crate::settings::LightSampling;
-
-/// A light that a vertex asks.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LightQuery<R: Real> {
-    light: LightId,
-    pub seen: LightSample<R>,
-    /// Cosine between it and the normal.
-    facing: R,
-    /// Whether it shines through the surface.
-    pub through: bool,
-    pub strategy: MisStrategy,
-}
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Samples a light and a point of it for a surface with a normal; none where nothing of it can be sent back.
+    /// Adds what a vertex sends back of a light, as far as it arrives.
     #[inline(always)]
-    pub(super) fn query(
-        &self,
-        path: &PathState<R>,
-        at: &Interaction<R>,
-        normal: R::Vec3,
-        lets_through: bool,
-    ) -> Option<LightQuery<R>> {
-        let ChosenLight { light, probability, from, position } =
-            self.choose_light(path, at, if lets_through { Vector::ZERO } else { normal })?;
-        let seen = self.scene.lights.sample(light, from, position, probability)?;
-        let (facing, zero) = (normal.dot(seen.direction), R::ZERO);
-        // Above the shading normal's horizon and the surface's own, or below both of what lets light through.
-        let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
-        let through = facing < zero;
-        if facing == zero || (geometric.dot(seen.direction) < zero) != through || through && !lets_through {
-            return None;
-        }
-        let strategy = self.strategy(light, seen.density)?;
-        Some(LightQuery { light, seen, facing, through, strategy })
-    }
-
-    /// The light that a point asks; `lit`: the normal on the side that is lit, zero where both are.
-    #[inline(always)]
-    pub(super) fn choose_light(&self, path: &PathState<R>, at: &Interaction<R>, lit: R::Vec3) -> Option<ChosenLight<R>> {
-        let choice = self.scene.lights.choice();
-        if choice.is_empty() {
-            return None;
-        }
-        let ([coarse, fine, u, v], from) = (path.draws.light, at.surface.point);
-        let (light, probability) = choice.draw::<R>(from, lit, [coarse, fine])?;
-        Some(ChosenLight { light, probability, from, position: [u, v] })
-    }
-
-    /// What a light asks of a surface that would be drawn with a density; none: it is found by scattering alone.
-    #[inline(always)]
-    pub(super) fn strategy(&self, light: LightId, density: Density) -> Option<MisStrategy> {
-        Some(match (density, light) {
-            (Density::Delta, LightId::Delta(i)) => MisStrategy::Delta { shines: self.scene.lights.delta[i as usize].specular },
-            (Density::Delta, _) => MisStrategy::Delta { shines: false },
-            (Density::SolidAngle(density), _) => match self.scene.sampling_of(light) {
-                LightSampling::Scattering => return None,
-                LightSampling::Lights => MisStrategy::Value,
-                LightSampling::Both => MisStrategy::Weighed(density),
-            },
-        })
-    }
-
-    /// Adds what a surface sends back along a path of a light that was asked, by its response. `gain`: factor on lights without size, whose
-    /// unit is not the same to both families of materials.
-    #[inline(always)]
-    pub(super) fn add_direct(
+    pub(super) fn add_light(
         &mut self,
-        path: &mut PathState<R>,
-        at: &Interaction<R>,
-        query: &LightQuery<R>,
-        (response, gain): (&LightResponse<R>, R),
+        bounce: &mut Bounce<'_, R>,
+        (vertices, lane): (&VertexLanes<R>, usize),
+        (&ChosenLight { light, .. }, lights): (&ChosenLight<R>, &LightLanes<R>),
+        shaded: &ShadedLanes<R>,
     ) {
-        let answer = match query.strategy {
-            MisStrategy::Value => (response.value, R::ONE),
-            MisStrategy::Delta { shines: true } => (response.value, gain),
-            MisStrategy::Delta { .. } if query.through => return,
-            MisStrategy::Delta { .. } => (response.diffuse, gain),
-            MisStrategy::Weighed(density) => (response.value, R::from_f64(weight(density, response.density.to_f64()))),
+        let place = vertices.place[lane] as usize;
+        let (path, at) = (&mut bounce.paths[bounce.going[place] as usize], &bounce.met[place]);
+        let sent = vector::<R>(&shaded.sent, lane);
+        let sent = if self.straight_to_lights(light) && lights.aim[lane] != TargetKind::Target {
+            let length = shaded.length[lane];
+            // Where the light is where the ray would start, nothing is in between.
+            let arrives = if length > R::ZERO && (length < R::INFINITY || lights.aim[lane] == TargetKind::Infinity) {
+                let ray = Ray::new(vector::<R>(&shaded.start, lane), vector::<R>(&shaded.towards, lane)).at_time(at.time);
+                self.passes(&ray, Interval { min: R::ZERO, max: length }, None, lights.is_sizeless(lane))
+            } else {
+                R::ONE
+            };
+            let sent = if arrives > R::ZERO { sent * arrives } else { Vector::ZERO };
+            self.usage.count(light, sent != Vector::ZERO);
+            sent
+        } else {
+            self.arriving(path, at, (light, lights.lane(lane), shaded.is_through[lane]), sent)
         };
-        let (answer, share) = answer;
-        let sent = query.seen.arriving * answer * (Real::abs(query.facing) * share);
-        if sent == Vector::ZERO {
-            return;
-        }
-        let sent = self.arriving(path, at, (query.light, query.seen, query.through), sent);
         path.radiance += path.throughput * sent;
     }
 
     /// Whether all that comes of a light may be asked of one shadow ray to where it was drawn.
     #[inline(always)]
-    pub(super) fn straight_to_lights(&self, light: LightId) -> bool {
+    fn straight_to_lights(&self, light: LightId) -> bool {
         let (scene, lights) = (self.scene, &self.scene.lights);
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
         let even = !matches!(light, LightId::Emitter(i) if lights.emitters.varies(i) || scene.casts_hard(i));
@@ -112,7 +54,7 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// What arrives of what a surface would send back of a light, `through` itself or not, if nothing were in between.
     #[inline(always)]
-    pub(super) fn arriving(
+    fn arriving(
         &mut self,
         path: &PathState<R>,
         at: &Interaction<R>,
@@ -162,7 +104,7 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Share of light that passes the way of a shadow ray. What it aims at is told where that may be its own occluder.
     #[inline(always)]
-    pub(super) fn passes(&mut self, ray: &Ray<R>, range: Interval<R>, target: Option<&Target<R>>, sizeless: bool) -> R {
+    fn passes(&mut self, ray: &Ray<R>, range: Interval<R>, target: Option<&Target<R>>, sizeless: bool) -> R {
         self.counters.shadow += 1;
         let mut product = Transmittance::default();
         let blocked = self.scene.geometry.any(

@@ -1,0 +1,84 @@
+//! What a path finds by itself: light that a surface gives off where it comes to it, or the sky; in the share that its ray has in finding it.
+
+use raywright_bvh::{Hit, Real, Vector};
+
+use super::light::weight;
+use super::{NARROW, PathState, PathTracer, PreviousVertex};
+use crate::interaction::Interaction;
+use crate::light::{LightId, SkySample, Target};
+use crate::settings::LightSampling;
+
+impl<R: Real> PathTracer<'_, R> {
+    /// Adds what a surface gives off, in the share that a ray has in finding it.
+    #[inline]
+    pub(super) fn emits(&mut self, path: &mut PathState<R>, hit: &Hit<R>, at: &Interaction<R>, emission: R::Vec3) {
+        // What glows in parts is dark mostly; no share of nothing is worth asking for.
+        if emission == Vector::ZERO || !self.scene.shines(at) {
+            return;
+        }
+        let share = match self.scene.lights.emitters.of(at.object, hit.primitive) {
+            Some(emitter) => {
+                let light = LightId::Emitter(emitter);
+                self.usage.count(light, true);
+                let (lights, from, direction) = (&self.scene.lights, path.previous.from, path.leg.ray.direction);
+                self.found(path, light, |probability| {
+                    lights.density(light, from, direction, &Target::Surface(at.surface), probability)
+                })
+            }
+            None => R::ONE,
+        };
+        self.counters.found += u64::from(self.is_unaided(path));
+        let emitted = path.throughput * emission * share;
+        path.radiance += emitted;
+        self.see(path.traced == 1, emitted);
+    }
+
+    /// Adds what a path saw of what its surface gives off by itself, where that is kept of camera rays.
+    #[inline(always)]
+    pub(super) fn see(&mut self, camera: bool, radiance: R::Vec3) {
+        if camera && self.keeps_first {
+            self.direct += radiance;
+        }
+    }
+
+    /// What a ray brings that hit nothing and sees this of the sky, in its share.
+    #[inline(always)]
+    pub(super) fn escaped(&mut self, path: &PathState<R>, seen: &SkySample<R>) -> R::Vec3 {
+        let direction = path.leg.ray.direction;
+        let lights = &self.scene.lights;
+        if self.is_unaided(path)
+            && let Some(density) = lights.sky_sampler().and_then(|sampler| sampler.small())
+        {
+            self.counters.unaided += 1;
+            self.counters.found += u64::from(lights.density_of_sky(direction, seen.place, 1.0) >= density);
+        }
+        seen.radiance * self.found(path, LightId::Sky, |probability| lights.density_of_sky(direction, seen.place, probability))
+    }
+
+    /// Whether a path was scattered and then went on as by a mirror: what it meets then, it meets by chance alone.
+    #[inline(always)]
+    pub(super) fn is_unaided(&self, path: &PathState<R>) -> bool {
+        path.spread < NARROW && path.previous.density >= NARROW
+    }
+
+    /// Share that a ray has in finding the light that it met, which is drawn with a density by the probability of being asked.
+    #[inline(always)]
+    fn found(&self, path: &PathState<R>, light: LightId, drawn: impl FnOnce(f64) -> f64) -> R {
+        let PreviousVertex { from, normal, density } = path.previous;
+        if density == f64::INFINITY {
+            return R::ONE;
+        }
+        let lights = &self.scene.lights;
+        let sampling = self.scene.sampling_of(light);
+        if sampling == LightSampling::Scattering {
+            return R::ONE;
+        }
+        let probability = lights.choice().probability::<R>(light, from, normal);
+        let other = if probability > 0.0 { drawn(probability) } else { 0.0 };
+        match sampling {
+            LightSampling::Lights if other > 0.0 => R::ZERO,
+            LightSampling::Lights => R::ONE,
+            _ => R::from_f64(weight(density, other)),
+        }
+    }
+}

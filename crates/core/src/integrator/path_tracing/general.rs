@@ -1,0 +1,170 @@
+//! Vertices on surfaces that are not common, each with lobes of its own: what they are made of, and what they answer. What follows from that is
+//! the same as of common ones.
+
+use core::f64::consts::PI;
+
+use raywright_bvh::{Hit, Real, Vector};
+
+use super::super::spawn::stored;
+use super::mixture::MixtureSurface;
+use super::respond::{Answers, LaneVertex, respond};
+use super::scatter::Onward;
+use super::vertices::{Bounce, LitSides, VertexLanes, VertexList};
+use super::{PathState, PathTracer, classic};
+use crate::interaction::Interaction;
+use crate::light::{Column, LANES, LightLanes, vector};
+use crate::material::{Bsdf, Frame, Glass, LayeredBsdf, LobeFamily};
+use crate::prepare::Material;
+
+/// Lobes of a surface where a path met it.
+enum SurfaceLobes<R: Real> {
+    Plain(Bsdf<R>),
+    /// By the place among layered ones, which are too large to be handed on.
+    Layered(usize),
+    Mixture(MixtureSurface<R>),
+}
+
+/// Surfaces of such vertices; kept, so that its lists are made once.
+#[derive(Default)]
+pub(super) struct GeneralSurfaces<R: Real> {
+    /// Of each, its lobes and what bends the light that they mirror or let through.
+    each: Vec<(SurfaceLobes<R>, Option<Glass<R>>)>,
+    layered: Vec<LayeredBsdf<R>>,
+    layered_used: usize,
+}
+
+impl<R: Real> GeneralSurfaces<R> {
+    pub fn clear(&mut self) {
+        self.each.clear();
+        self.layered_used = 0;
+    }
+
+    /// A layered surface to be made, and its place.
+    fn open_layered(&mut self) -> (&mut LayeredBsdf<R>, usize) {
+        let place = self.layered_used;
+        if place == self.layered.len() {
+            self.layered.push(LayeredBsdf::new(Vector::ZERO));
+        }
+        self.layered_used += 1;
+        (&mut self.layered[place], place)
+    }
+}
+
+/// To which lights lobes answer.
+fn sides<R: Real, L: LobeFamily<R>, const MOST: usize>(bsdf: &Bsdf<R, L, MOST>) -> LitSides {
+    match (bsdf.is_delta(), bsdf.lets_through()) {
+        (true, _) => LitSides::None,
+        (false, true) => LitSides::Both,
+        (false, false) => LitSides::One,
+    }
+}
+
+impl<R: Real> PathTracer<'_, R> {
+    /// Puts what a path met among these vertices. Whether it is one.
+    pub(super) fn gather_general(
+        &self,
+        place: u32,
+        (path, hit, at): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
+        (vertices, surfaces): (&mut VertexList<R>, &mut GeneralSurfaces<R>),
+    ) -> bool {
+        let scene = self.scene;
+        let here = scene.sources.at(at);
+        let (lobes, glass, (normal, sides, gain)) = match &scene.materials[at.material as usize] {
+            Material::Classic(m) => {
+                // A light without size says how bright it makes a white classic surface that faces it, not what falls on it.
+                let gain = R::from_f64(PI);
+                if let Some(mixture) = &m.mixture {
+                    let surface = MixtureSurface::new(mixture, at, m.colour.colour(&here));
+                    let sides = surface.sides(mixture);
+                    (SurfaceLobes::Mixture(surface), None, (at.facing_normal(), sides, gain))
+                } else {
+                    let mut glass = m.transmission.as_ref().map(|transmission| transmission.glass);
+                    if let Some(glass) = glass.as_mut().filter(|_| self.nests()) {
+                        glass.ior = self.relative_index(path, at, &here);
+                    }
+                    let normal = if glass.is_some() { at.facing_normal() } else { at.normal };
+                    let bsdf = classic::lobes((m, glass.as_ref()), &here, at, normal);
+                    let answers = (normal, sides(&bsdf), gain);
+                    (SurfaceLobes::Plain(bsdf), glass, answers)
+                }
+            }
+            Material::Physical(m) => {
+                if let Some(layers) = m.layered {
+                    let (bsdf, index) = surfaces.open_layered();
+                    let glass = self.layers_at(path, hit, at, (m, &scene.layers[layers as usize]), bsdf);
+                    (SurfaceLobes::Layered(index), glass, (bsdf.normal(), sides(bsdf), R::ONE))
+                } else {
+                    let mut model = m.model_at(&here);
+                    if self.nests() {
+                        self.immersed(path, at, &here, &mut model);
+                    }
+                    let normal = if model.glass.is_some() { at.facing_normal() } else { at.normal };
+                    let bsdf = model.transport(normal, -at.direction, at.outside, scene.compensates);
+                    let answers = (normal, sides(&bsdf), R::ONE);
+                    (SurfaceLobes::Plain(bsdf), model.glass, answers)
+                }
+            }
+            Material::Unused => return false,
+        };
+        vertices.open().push(place, (path, at), (normal, sides, gain), scene.roulette);
+        surfaces.each.push((lobes, glass));
+        true
+    }
+
+    /// What such vertices answer, of which so many are before these, and how paths go on from them.
+    pub(super) fn answer_general(
+        &self,
+        bounce: &Bounce<'_, R>,
+        (surfaces, before): (&GeneralSurfaces<R>, usize),
+        (vertices, lights): (&VertexLanes<R>, &LightLanes<R>),
+    ) -> (Answers<R>, Column<Onward<R>>) {
+        let (mut answers, mut onward) = (Answers::NONE, [Onward::REFLECTED; LANES]);
+        for lane in 0..vertices.len {
+            let (lobes, glass) = &surfaces.each[before + lane];
+            let here = LaneVertex { bounce, vertices, lights, lane };
+            onward[lane] = match lobes {
+                SurfaceLobes::Plain(bsdf) => self.answer(&here, (bsdf, glass.as_ref()), &mut answers),
+                SurfaceLobes::Layered(place) => self.answer(&here, (&surfaces.layered[*place], glass.as_ref()), &mut answers),
+                SurfaceLobes::Mixture(surface) => self.answer_mixture(&here, surface, &mut answers),
+            };
+        }
+        (answers, onward)
+    }
+
+    /// What lobes answer at a vertex, and how its path goes on.
+    fn answer<L: LobeFamily<R>, const MOST: usize>(
+        &self,
+        here: &LaneVertex<'_, R>,
+        (bsdf, glass): (&Bsdf<R, L, MOST>, Option<&Glass<R>>),
+        answers: &mut Answers<R>,
+    ) -> Onward<R> {
+        let (normal, view) = (bsdf.normal(), here.view());
+        if let Some(light) = here.light() {
+            answers.put_response(here.lane, &respond(bsdf, view, light));
+        }
+        let [lobe, u, v, _] = here.numbers();
+        let mut drawn = bsdf.sample(&Frame::about(normal), view, [lobe, u, v]);
+        let through = drawn.direction.dot(normal) < R::ZERO;
+        // A shading normal must not take a reflection below the surface, nor what goes through it above.
+        let geometric = vector::<R>(&here.vertices.geometric, here.lane);
+        if !drawn.some || (geometric.dot(drawn.direction) < R::ZERO) != through {
+            return Onward::REFLECTED;
+        }
+        let (place, mut rest) = (here.vertices.place[here.lane], Vector::ZERO);
+        let (path, at) = here.bounce.of(place);
+        // A coat may mirror about a normal of its own.
+        if let Some(glass) = glass.filter(|_| drawn.delta && (through || !L::COATED))
+            && let Some(hit) = &here.bounce.hits[place as usize]
+        {
+            // With the digits that storing takes from the direction.
+            let interface = self.scene.interface(&path.leg, hit, at, glass);
+            let exact = if through { interface.refracted } else { Some(interface.reflected) };
+            (drawn.direction, rest) = exact.map_or((drawn.direction, rest), stored::<R>);
+        }
+        let material = &self.scene.materials[at.material as usize];
+        // Of delta lobes only walls send light on without an index, straight where all of them is there.
+        let straight = L::COATED && drawn.delta && through && material.is_wall() && material.covers();
+        answers.put_sample(here.lane, &drawn);
+        Onward { rest, smooth: drawn.delta, through, straight }
+    }
+}
