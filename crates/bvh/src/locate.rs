@@ -158,7 +158,8 @@ impl<R: Real> HitLanes<R> {
 
     #[inline(always)]
     fn weights(&self, lane: usize) -> [f64; 2] {
-        self.weights.map(|weight| weight[lane].to_f64())
+        // One by one: a map takes the whole columns, and then no loop over lanes becomes vectors.
+        [self.weights[0][lane].to_f64(), self.weights[1][lane].to_f64()]
     }
 }
 

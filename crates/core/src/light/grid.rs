@@ -11,6 +11,7 @@ use glam::DVec3;
 use raywright_bvh::Real;
 
 use super::cdf::{guide_len, pick, pick_guided, push_guide, push_shares, share};
+use crate::number::sines_and_cosines;
 
 /// Most blocks along azimuth and polar angle; guides tell up to 256 apart.
 const BLOCKS: [usize; 2] = [128, 64];
@@ -135,7 +136,7 @@ impl SphereGrid {
         let edge = |row: usize| self.edges[if upper { row } else { height - row }];
         let h = edge(row) + (edge(row + span) - edge(row)) * down;
         let (y, ring) = (if upper { 1.0 - h } else { h - 1.0 }, (h * (2.0 - h)).max(0.0).sqrt());
-        let (sin, cos) = libm::sincos(TAU * (column / self.width as f64 + self.turn - 0.5));
+        let (sin, cos) = sine_and_cosine(TAU * (column / self.width as f64 + self.turn - 0.5));
         DVec3::new(ring * cos, y, ring * sin)
     }
 
@@ -168,6 +169,15 @@ impl SphereGrid {
         let blocks = self.width.div_ceil(self.block[0]);
         &self.columns[row * blocks..][..blocks]
     }
+}
+
+/// Of any angle; in less time of one of up to a turn either way.
+fn sine_and_cosine(angle: f64) -> (f64, f64) {
+    if angle.abs() > TAU {
+        return libm::sincos(angle);
+    }
+    let [[sine], [cosine]] = sines_and_cosines([angle.abs()]);
+    (if angle < 0.0 { -sine } else { sine }, cosine)
 }
 
 fn positive(x: f64) -> f64 {

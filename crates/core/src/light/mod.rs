@@ -24,6 +24,7 @@ mod irradiance;
 mod lanes;
 mod polygon;
 mod sky;
+mod sky_lobe;
 mod sky_sampler;
 mod tree;
 mod usage;
@@ -224,7 +225,7 @@ impl<R: Real> Lights<R> {
         let Some(sampler) = &self.sky_sampler else { return };
         let each = || chosen.iter().enumerate().filter_map(|(place, chosen)| chosen.as_ref().map(|chosen| (place, chosen)));
         let sky = || each().filter(|(_, chosen)| chosen.light == LightId::Sky);
-        let directions: Vec<R::Vec3> = sky().map(|(_, chosen)| sampler.drawn::<R>(chosen.position)).collect();
+        let directions = sampler.drawn_each::<R>(sky().map(|(_, chosen)| chosen.position));
         let mut seen = Vec::with_capacity(directions.len());
         self.sky.look(sky().zip(&directions).map(|((_, chosen), &direction)| (chosen.from, direction)), &mut seen);
         for (((place, chosen), &direction), seen) in sky().zip(&directions).zip(&seen) {

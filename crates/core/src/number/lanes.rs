@@ -174,7 +174,23 @@ impl<const N: usize> Number for Lanes<N> {
     }
     #[inline(always)]
     fn powi(self, exponent: u32) -> Self {
-        self.map(|x| Real::powi(x, exponent))
+        // What one number does, in all lanes at once.
+        if exponent == 0 {
+            return Self::ONE;
+        }
+        let (mut base, mut rest) = (self, exponent >> exponent.trailing_zeros());
+        for _ in 0..exponent.trailing_zeros() {
+            base = base * base;
+        }
+        let mut result = base;
+        while rest > 1 {
+            base = base * base;
+            rest >>= 1;
+            if rest & 1 == 1 {
+                result = result * base;
+            }
+        }
+        result
     }
     #[inline(always)]
     fn turned(self) -> [Self; 2] {

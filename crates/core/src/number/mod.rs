@@ -23,6 +23,7 @@ macro_rules! each_lane {
 
 mod angles;
 mod lanes;
+mod logarithms;
 mod mask;
 #[cfg(test)]
 mod tests;
@@ -31,6 +32,7 @@ use core::fmt::Debug;
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub(crate) use angles::{angle_above, sines_and_cosines};
+pub(crate) use logarithms::{exponential_beside_one, logarithm_beside_one};
 use glam::DVec3;
 pub use lanes::{Lanes, Vec3Lanes};
 pub use mask::LaneMask;

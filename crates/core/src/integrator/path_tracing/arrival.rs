@@ -24,12 +24,12 @@ impl<R: Real> PathTracer<'_, R> {
     ) {
         let place = vertices.place[lane] as usize;
         let (path, at) = (&mut bounce.paths[bounce.going[place] as usize], &bounce.met[place]);
-        let sent = vector::<R>(&shaded.sent, lane);
+        let sent = vector::<R>(&shaded.lit.sent, lane);
         let sent = if self.straight_to_lights(light) && lights.aim[lane] != TargetKind::Target {
-            let length = shaded.length[lane];
+            let length = shaded.shadow.length[lane];
             // Where the light is where the ray would start, nothing is in between.
             let arrives = if length > R::ZERO && (length < R::INFINITY || lights.aim[lane] == TargetKind::Infinity) {
-                let ray = Ray::new(vector::<R>(&shaded.start, lane), vector::<R>(&shaded.towards, lane)).at_time(at.time);
+                let ray = Ray::new(vector::<R>(&shaded.shadow.start, lane), vector::<R>(&shaded.shadow.towards, lane)).at_time(at.time);
                 self.passes(&ray, Interval { min: R::ZERO, max: length }, None, lights.is_sizeless(lane))
             } else {
                 R::ONE
@@ -38,7 +38,7 @@ impl<R: Real> PathTracer<'_, R> {
             self.usage.count(light, sent != Vector::ZERO);
             sent
         } else {
-            self.arriving(path, at, (light, lights.lane(lane), shaded.is_through[lane]), sent)
+            self.arriving(path, at, (light, lights.lane(lane), shaded.lit.is_through[lane]), sent)
         };
         path.radiance += path.throughput * sent;
     }

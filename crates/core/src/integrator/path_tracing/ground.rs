@@ -3,32 +3,40 @@
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
-use super::super::PathSegment;
-use super::PathTracer;
+use super::{PathState, PathTracer};
 use crate::light::Target;
-use crate::sampler::{Address, Purpose, pair};
+use crate::sampler::{Purpose, Sequence, fours};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Share of the studio's light that arrives where a camera ray that hit nothing comes to the ground: one direction is asked, drawn by
-    /// what comes from there. One where there is no ground, or where it lies too far from everything.
-    #[inline]
-    pub(super) fn light_on_ground(&mut self, leg: &PathSegment<R>, address: &Address) -> R {
-        let scene = self.scene;
-        let Some(ground) = &scene.ground else { return R::ONE };
-        let (ray, zero) = (&leg.ray, R::ZERO);
-        let t = (ground.height - ray.origin.y()) / ray.direction.y();
-        // Seen from below, it is not there.
-        let is_met = ray.direction.y() < zero && t > -leg.ahead;
-        let met = ray.at(t);
-        let point: R::Vec3 = Vector::new(met.x(), ground.height, met.z());
-        let is_near = (point - ground.centre).length() <= ground.reach;
-        if !(is_met && is_near) {
-            return R::ONE;
+    /// Share of the studio's light that arrives where camera rays that hit nothing come to the ground, one after the other: one direction is
+    /// asked of each, drawn by what comes from there. One where there is no ground, or where it lies too far from everything.
+    pub(super) fn light_on_ground<'a>(&mut self, paths: impl Iterator<Item = &'a PathState<R>>) -> Vec<R> {
+        let (scene, zero) = (self.scene, R::ZERO);
+        let Some(ground) = &scene.ground else { return paths.map(|_| R::ONE).collect() };
+        let (mut shares, mut met, mut sequences) = (Vec::new(), Vec::new(), Vec::new());
+        for PathState { leg, way, address, .. } in paths {
+            let ray = &leg.ray;
+            let t = (ground.height - ray.origin.y()) / ray.direction.y();
+            // Seen from below, it is not there.
+            let is_met = ray.direction.y() < zero && t > -leg.ahead;
+            let at = ray.at(t);
+            let point: R::Vec3 = Vector::new(at.x(), ground.height, at.z());
+            let is_near = (point - ground.centre).length() <= ground.reach;
+            if is_met && is_near {
+                met.push((shares.len(), point, ray.time));
+                sequences.push((Sequence::on(*way, *address, Purpose::Ground), address.index));
+            }
+            shares.push(R::ONE);
         }
-        let direction = Vector::from_f64(ground.light.direction(pair(*address, Purpose::Ground).map(f64::from)));
-        let towards = Ray::new(point, direction).at_time(ray.time);
-        let range = Interval { min: zero, max: R::INFINITY };
-        self.counters.shadow += 1;
-        scene.between((&towards, range), &Target::Infinity, false).share
+        let mut numbers = Vec::new();
+        fours(sequences.iter().copied(), &mut numbers);
+        let directions: Vec<R::Vec3> =
+            numbers.iter().map(|&[u, v, ..]| Vector::from_f64(ground.light.direction([u.into(), v.into()]))).collect();
+        for (&(place, point, time), &direction) in met.iter().zip(&directions) {
+            let (towards, range) = (Ray::new(point, direction).at_time(time), Interval { min: zero, max: R::INFINITY });
+            self.counters.shadow += 1;
+            shares[place] = scene.between((&towards, range), &Target::Infinity, false).share;
+        }
+        shares
     }
 }

@@ -48,42 +48,31 @@ pub(super) struct Answers<R: Real> {
     pub density: Column<R>,
 }
 
-/// What vertices answer with.
-pub(super) trait Answer<R: Real> {
-    /// The answers of vertices that ask these lights.
-    fn answers(&self, vertices: &VertexLanes<R>, lights: &LightLanes<R>) -> Answers<R>;
-}
-
-/// Common surfaces. `MATTE`: that reflect nothing, of which one lobe is left with the same numbers. `compensated`: whether facets give back what
-/// they send to each other.
-pub(super) struct Common<const MATTE: bool> {
+/// Finds what common surfaces answer. `MATTE`: that reflect nothing, of which one lobe is left with the same numbers.
+pub(super) struct Respond<'a, R: Real, const MATTE: bool> {
+    pub vertices: &'a VertexLanes<R>,
+    pub lights: &'a LightLanes<R>,
+    /// Whether facets give back what they send to each other.
     pub compensated: bool,
 }
 
-impl<R: Real, const MATTE: bool> Answer<R> for Common<MATTE> {
+impl<R: Real, const MATTE: bool> Loops for Respond<'_, R, MATTE> {
+    type Output = Answers<R>;
     #[inline(always)]
-    fn answers(&self, vertices: &VertexLanes<R>, lights: &LightLanes<R>) -> Answers<R> {
-        let mut answers = Answers::NONE;
+    fn run(self) -> Answers<R> {
+        let (mut answers, v, lights) = (Answers::NONE, self.vertices, &self.lights.direction);
         if R::IS_SINGLE {
-            answers.add::<Lanes<LANES>, MATTE>(0, vertices, &lights.direction, self.compensated);
+            answers.add::<Lanes<LANES>, MATTE>(0, v, lights, self.compensated);
         } else {
-            (0..vertices.len).for_each(|lane| answers.add::<R, MATTE>(lane, vertices, &lights.direction, self.compensated));
+            (0..v.len).for_each(|lane| answers.add::<R, MATTE>(lane, v, lights, self.compensated));
         }
         for lane in 0..LANES {
             // A shading normal must not take a reflection below the surface.
-            let (geometric, direction) = (vector::<R>(&vertices.geometric, lane), vector::<R>(&answers.direction, lane));
+            let (geometric, direction) = (vector::<R>(&v.geometric, lane), vector::<R>(&answers.direction, lane));
             let below = Vector::dot(geometric, direction) < R::ZERO;
             answers.some[lane] &= !below;
         }
         answers
-    }
-}
-
-impl<R: Real> Answer<R> for Answers<R> {
-    /// Those that are known.
-    #[inline(always)]
-    fn answers(&self, _: &VertexLanes<R>, _: &LightLanes<R>) -> Self {
-        *self
     }
 }
 

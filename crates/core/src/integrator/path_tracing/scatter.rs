@@ -2,7 +2,8 @@
 
 use raywright_bvh::{Ray, Real, Vector};
 
-use super::shade::ShadedLanes;
+use super::respond::Answers;
+use super::shade::NextRays;
 use super::vertices::{Bounce, LitSides, VertexLanes};
 use super::{PathState, PathTracer, PreviousVertex};
 use crate::interaction::Interaction;
@@ -33,20 +34,21 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         bounce: &mut Bounce<'_, R>,
         (vertices, lane): (&VertexLanes<R>, usize),
-        shaded: &ShadedLanes<R>,
+        (answers, next): (&Answers<R>, &NextRays<R>),
         onward: &Onward<R>,
     ) {
         let place = vertices.place[lane] as usize;
         let (path, at) = (&mut bounce.paths[bounce.going[place] as usize], &bounce.met[place]);
-        let (mut ray, normal) = (shaded.ray(lane), vector::<R>(&vertices.normal, lane));
+        let mut ray = Ray::new(vector::<R>(&next.origin, lane), vector::<R>(&answers.direction, lane));
+        let normal = vector::<R>(&vertices.normal, lane);
         if !matches!(self.scene.rules.spawn, Spawn::ErrorBound) {
             // Starts of rays count from the normal that the object has.
             let side = if onward.through == (normal == at.normal) { -R::ONE } else { R::ONE };
             ray = self.scene.spawn(at, ray.direction, side);
         }
         let lit = if vertices.sides[lane] == LitSides::Both { Vector::ZERO } else { normal };
-        let density = shaded.density[lane].to_f64();
-        self.leave(path, at, (vector::<R>(&shaded.throughput, lane), density), (&ray, lit), onward);
+        let leaves = (vector::<R>(&next.throughput, lane), answers.density[lane].to_f64());
+        self.leave(path, at, leaves, (&ray, lit), onward);
     }
 
     /// Sends a path on along a ray, with what it then counts and the density of its direction. `lit`: normal of the side that lights were

@@ -1,77 +1,56 @@
 //! What becomes of several vertices: what they send back of the lights that they ask, and the rays that leave them, step by
 //! step, each step of all of them. Each has the bits that it would have alone.
 
-use raywright_bvh::{Loops, Ray, Real, Vector};
+use raywright_bvh::{Loops, Real, Vector, widest};
 
 use super::light::weight;
-use super::respond::{Answer, Answers};
+use super::respond::Answers;
 use super::roulette::{is_number, is_some, survive};
 use super::vertices::{LitSides, MisStrategy, VertexLanes};
 use crate::light::{Column, LANES, LightLanes, TargetKind, Vec3Column, put, vector};
 
-/// What becomes of vertices.
+/// What becomes of vertices. Each step is a function of its own, in which a compiler sees that what is written lies apart from what is read.
 #[derive(Clone, Copy)]
 pub(super) struct ShadedLanes<R: Real> {
-    /// Whether anything is sent back of a light where nothing is in between, whether that shines through the surface, and what.
-    pub is_lit: Column<bool>,
-    pub is_through: Column<bool>,
-    pub sent: Vec3Column<R>,
-    /// The ray to what it aims at where that is a surface or infinitely far, and its length; not above zero where nothing is in between.
-    pub start: Vec3Column<R>,
-    pub towards: Vec3Column<R>,
-    pub length: Column<R>,
-    /// Whether the path goes on, and how.
-    pub goes_on: Column<bool>,
-    /// Whether it ends because what it carries is no number.
-    pub overflows: Column<bool>,
-    pub origin: Vec3Column<R>,
-    pub direction: Vec3Column<R>,
-    pub throughput: Vec3Column<R>,
-    pub density: Column<R>,
+    pub lit: LitLanes<R>,
+    pub shadow: ShadowRays<R>,
+    pub next: NextRays<R>,
 }
 
-/// Shades vertices.
-pub(super) struct Shade<'a, R: Real, A: Answer<R>> {
-    pub vertices: &'a VertexLanes<R>,
-    pub lights: &'a LightLanes<R>,
-    /// What they answer with.
-    pub answer: &'a A,
-    /// As far as a shadow of a light without size that is infinitely far reaches.
-    pub reach: R,
-}
-
-impl<R: Real, A: Answer<R>> Loops for Shade<'_, R, A> {
-    type Output = ShadedLanes<R>;
-    #[inline(always)]
-    fn run(self) -> ShadedLanes<R> {
-        let none = [[R::ZERO; LANES]; 3];
-        let answers = self.answer.answers(self.vertices, self.lights);
-        let mut out = ShadedLanes {
-            is_lit: [false; LANES],
-            is_through: [false; LANES],
-            sent: none,
-            start: none,
-            towards: none,
-            length: none[0],
-            goes_on: [false; LANES],
-            overflows: [false; LANES],
-            origin: none,
-            direction: answers.direction,
-            throughput: none,
-            density: answers.density,
-        };
-        self.light(&answers, &mut out);
-        self.aim(&mut out);
-        self.leave(&answers, &mut out);
-        out
+impl<R: Real> ShadedLanes<R> {
+    /// Of vertices that answer this to the lights that they ask. `reach`: as far as a shadow of a light without size that is infinitely far
+    /// reaches.
+    #[inline]
+    pub fn of(vertices: &VertexLanes<R>, lights: &LightLanes<R>, answers: &Answers<R>, reach: R) -> Self {
+        Self {
+            lit: widest(Light { vertices, lights, answers }),
+            shadow: widest(Aim { vertices, lights, reach }),
+            next: widest(Leave { vertices, answers }),
+        }
     }
 }
 
-impl<R: Real, A: Answer<R>> Shade<'_, R, A> {
-    /// What is sent back of the lights where nothing is in between.
+/// What vertices send back of lights.
+#[derive(Clone, Copy)]
+pub(super) struct LitLanes<R: Real> {
+    /// Whether anything is sent back where nothing is in between, and whether the light shines through the surface.
+    pub is_lit: Column<bool>,
+    pub is_through: Column<bool>,
+    pub sent: Vec3Column<R>,
+}
+
+struct Light<'a, R: Real> {
+    vertices: &'a VertexLanes<R>,
+    lights: &'a LightLanes<R>,
+    answers: &'a Answers<R>,
+}
+
+impl<R: Real> Loops for Light<'_, R> {
+    type Output = LitLanes<R>;
     #[inline(always)]
-    fn light(&self, answers: &Answers<R>, out: &mut ShadedLanes<R>) {
-        let (v, lights) = (self.vertices, self.lights);
+    fn run(self) -> LitLanes<R> {
+        let Self { vertices: v, lights, answers } = self;
+        let mut out = LitLanes { is_lit: [false; LANES], is_through: [false; LANES], sent: [[R::ZERO; LANES]; 3] };
         let mut weighed = [false; LANES];
         let mut dull = [false; LANES];
         let mut sizeless = [false; LANES];
@@ -100,12 +79,31 @@ impl<R: Real, A: Answer<R>> Shade<'_, R, A> {
             out.is_through[lane] = through;
             put::<R>(&mut out.sent, lane, sent);
         }
+        out
     }
+}
 
-    /// Rays to the lights.
+/// Rays to what lights aim at where that is a surface or infinitely far.
+#[derive(Clone, Copy)]
+pub(super) struct ShadowRays<R: Real> {
+    pub start: Vec3Column<R>,
+    pub towards: Vec3Column<R>,
+    /// Not above zero where nothing is in between.
+    pub length: Column<R>,
+}
+
+struct Aim<'a, R: Real> {
+    vertices: &'a VertexLanes<R>,
+    lights: &'a LightLanes<R>,
+    reach: R,
+}
+
+impl<R: Real> Loops for Aim<'_, R> {
+    type Output = ShadowRays<R>;
     #[inline(always)]
-    fn aim(&self, out: &mut ShadedLanes<R>) {
-        let (v, lights) = (self.vertices, self.lights);
+    fn run(self) -> ShadowRays<R> {
+        let (v, lights, none) = (self.vertices, self.lights, [[R::ZERO; LANES]; 3]);
+        let mut out = ShadowRays { start: none, towards: none, length: none[0] };
         if (0..LANES).fold(false, |some, lane| some | (lights.aim[lane] == TargetKind::Surface)) {
             for lane in 0..LANES {
                 let (ray, length) = v.surface.lane(lane).way_to_surface(&lights.surface.lane(lane));
@@ -126,12 +124,31 @@ impl<R: Real, A: Answer<R>> Shade<'_, R, A> {
                 out.length[lane] = if far { length } else { out.length[lane] };
             }
         }
+        out
     }
+}
 
-    /// Rays that go on in the directions that were drawn.
+/// How paths go on in the directions that were drawn.
+#[derive(Clone, Copy)]
+pub(super) struct NextRays<R: Real> {
+    pub goes_on: Column<bool>,
+    /// Whether it ends because what it carries is no number.
+    pub overflows: Column<bool>,
+    pub origin: Vec3Column<R>,
+    pub throughput: Vec3Column<R>,
+}
+
+struct Leave<'a, R: Real> {
+    vertices: &'a VertexLanes<R>,
+    answers: &'a Answers<R>,
+}
+
+impl<R: Real> Loops for Leave<'_, R> {
+    type Output = NextRays<R>;
     #[inline(always)]
-    fn leave(&self, answers: &Answers<R>, out: &mut ShadedLanes<R>) {
-        let v = self.vertices;
+    fn run(self) -> NextRays<R> {
+        let (v, answers, none) = (self.vertices, self.answers, [[R::ZERO; LANES]; 3]);
+        let mut out = NextRays { goes_on: [false; LANES], overflows: [false; LANES], origin: none, throughput: none };
         for lane in 0..LANES {
             let direction = vector::<R>(&answers.direction, lane);
             let throughput = vector::<R>(&v.throughput, lane) * vector::<R>(&answers.weight, lane);
@@ -141,14 +158,7 @@ impl<R: Real, A: Answer<R>> Shade<'_, R, A> {
             put::<R>(&mut out.throughput, lane, throughput);
             put::<R>(&mut out.origin, lane, v.surface.lane(lane).spawn(direction));
         }
-    }
-}
-
-impl<R: Real> ShadedLanes<R> {
-    /// The ray of a path that goes on.
-    #[inline(always)]
-    pub fn ray(&self, lane: usize) -> Ray<R> {
-        Ray::new(vector::<R>(&self.origin, lane), vector::<R>(&self.direction, lane))
+        out
     }
 }
 

@@ -6,9 +6,9 @@ use raywright_bvh::{Hit, Interval, Real, Vector, widest};
 use super::super::{CameraRays, FirstHits, PACKET, PathResult, PathResults};
 use super::gather::Vertices;
 use super::light::AskedLights;
-use super::respond::{Answer, Common};
+use super::respond::{Answers, Respond};
 use super::scatter::Onward;
-use super::shade::Shade;
+use super::shade::ShadedLanes;
 use super::vertices::{Bounce, VertexLanes};
 use super::{PathState, PathTracer, VertexSamples};
 use crate::interaction::Interaction;
@@ -93,12 +93,13 @@ impl<R: Real> PathTracer<'_, R> {
         seen.clear();
         let under_sky = escaped().map(|place| &paths[place]).filter(|path| backdrop_of(path).is_none());
         self.scene.lights.sky.look(under_sky.map(|path| (path.leg.start(), path.leg.ray.direction)), seen);
-        let mut seen = seen.iter();
+        let before_backdrop = escaped().map(|place| &paths[place]).filter(|path| backdrop_of(path).is_some());
+        let (mut seen, mut on_ground) = (seen.iter(), self.light_on_ground(before_backdrop).into_iter());
         for place in escaped() {
             let path = &mut paths[place];
-            let radiance = match (backdrop_of(path), &mut seen) {
-                (Some(backdrop), _) => backdrop.seen(path.leg.ray.direction) * self.light_on_ground(&path.leg, &path.address),
-                (None, seen) => seen.next().map_or(Vector::ZERO, |seen| self.escaped(path, seen)),
+            let radiance = match backdrop_of(path) {
+                Some(backdrop) => backdrop.seen(path.leg.ray.direction) * on_ground.next().unwrap_or(R::ONE),
+                None => seen.next().map_or(Vector::ZERO, |seen| self.escaped(path, seen)),
             };
             let brought = path.throughput * radiance;
             path.radiance += brought;
@@ -171,37 +172,41 @@ impl<R: Real> PathTracer<'_, R> {
         vertices.bend_normals(met);
         let (mut bounce, compensated) = (Bounce { paths, going, met, hits }, self.scene.compensates);
         let Vertices { matte, glossy, general, surfaces, .. } = vertices;
-        self.shade_each(&mut bounce, (matte.lanes(), asked), goes, |_, _, _, _| (Common::<true> { compensated }, None));
-        self.shade_each(&mut bounce, (glossy.lanes(), asked), goes, |_, _, _, _| (Common::<false> { compensated }, None));
-        self.shade_each(&mut bounce, (general.lanes(), asked), goes, |tracer, bounce, before, (vertices, lights)| {
-            let (answers, onward) = tracer.answer_general(bounce, (surfaces, before), (vertices, lights));
+        self.shade_each(&mut bounce, (matte.lanes(), asked), goes, |_, _, _, (vertices, lights)| {
+            (widest(Respond::<R, true> { vertices, lights, compensated }), None)
+        });
+        self.shade_each(&mut bounce, (glossy.lanes(), asked), goes, |_, _, _, (vertices, lights)| {
+            (widest(Respond::<R, false> { vertices, lights, compensated }), None)
+        });
+        self.shade_each(&mut bounce, (general.lanes(), asked), goes, |tracer, bounce, before, lanes| {
+            let (answers, onward) = tracer.answer_general(bounce, (surfaces, before), lanes);
             (answers, Some(onward))
         });
     }
 
-    /// Shades vertices of a kind and sends their paths on. `answer`: what so many lanes of them answer to the lights that they ask, and how they
-    /// send paths on.
-    fn shade_each<A: Answer<R>>(
+    /// Shades vertices of a kind and sends their paths on. `answer`: what so many lanes of them answer to the lights that they ask, after so many
+    /// vertices, and how they send paths on; none: as what is rough and opaque does.
+    fn shade_each(
         &mut self,
         bounce: &mut Bounce<'_, R>,
         (vertices, asked): (&mut [VertexLanes<R>], &mut AskedLights<R>),
         goes: &mut [bool],
-        answer: impl Fn(&Self, &Bounce<'_, R>, usize, (&VertexLanes<R>, &LightLanes<R>)) -> (A, Option<Column<Onward<R>>>),
+        answer: impl Fn(&Self, &Bounce<'_, R>, usize, (&VertexLanes<R>, &LightLanes<R>)) -> (Answers<R>, Option<Column<Onward<R>>>),
     ) {
         self.sample_lights(bounce, vertices, asked);
         for (group, (vertices, (chosen, lights))) in vertices.iter().zip(asked.lanes()).enumerate() {
-            let (answer, onward) = answer(self, bounce, group * LANES, (vertices, lights));
-            let shaded = widest(Shade { vertices, lights, answer: &answer, reach: self.scene.rules.shadow_max_distance });
+            let (answers, onward) = answer(self, bounce, group * LANES, (vertices, lights));
+            let shaded = ShadedLanes::of(vertices, lights, &answers, self.scene.rules.shadow_max_distance);
             for lane in 0..vertices.len {
                 let place = vertices.place[lane] as usize;
-                if let Some(chosen) = chosen[lane].as_ref().filter(|_| shaded.is_lit[lane]) {
+                if let Some(chosen) = chosen[lane].as_ref().filter(|_| shaded.lit.is_lit[lane]) {
                     self.add_light(bounce, (vertices, lane), (chosen, lights), &shaded);
                 }
-                if shaded.goes_on[lane] {
+                if shaded.next.goes_on[lane] {
                     let onward = onward.as_ref().map_or(Onward::REFLECTED, |onward| onward[lane]);
-                    self.send_on(bounce, (vertices, lane), &shaded, &onward);
+                    self.send_on(bounce, (vertices, lane), (&answers, &shaded.next), &onward);
                 } else {
-                    if shaded.overflows[lane] {
+                    if shaded.next.overflows[lane] {
                         bounce.paths[bounce.going[place] as usize].radiance = Vector::splat(R::INFINITY);
                     }
                     goes[place] = false;

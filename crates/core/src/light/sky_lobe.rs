@@ -1,0 +1,137 @@
+//! Parts of a sky whose integrals are known: directions drawn by how bright they are there, and how densely.
+
+use core::f64::consts::TAU;
+
+use glam::DVec3;
+use raywright_bvh::{Loops, Real, widest};
+
+use crate::number::{exponential_beside_one, logarithm_beside_one, sines_and_cosines};
+
+/// Directions that are drawn together.
+const LANES: usize = 8;
+
+/// A part of a sky whose integral is known.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum SkyLobe {
+    /// Linear in the height of the direction, from nadir to zenith.
+    Linear { bottom: f64, top: f64 },
+    /// A power of the cosine to an axis.
+    Power { axis: DVec3, exponent: u32 },
+}
+
+impl SkyLobe {
+    /// Draws a direction for two numbers in [0, 1).
+    pub fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
+        match *self {
+            Self::Linear { bottom, top } => {
+                // The inverse of the integral of a linear density, without cancellation.
+                let root = (bottom * bottom * (1.0 - u) + top * top * u).sqrt();
+                at_height(2.0 * u * (bottom + top) / (bottom + root).max(f64::MIN_POSITIVE) - 1.0, v)
+            }
+            Self::Power { axis, exponent } => {
+                let mut waiting = PowerLanes::<1>::default();
+                waiting.push(axis, exponent, [u, v]);
+                let [x, y, z] = PowerLanes::run(waiting).map(|[x]| x);
+                DVec3::new(x, y, z)
+            }
+        }
+    }
+
+    /// The density over solid angle of drawing a direction.
+    pub fn density(&self, direction: DVec3) -> f64 {
+        match *self {
+            Self::Linear { bottom, top } => {
+                let s = (0.5 * (direction.y + 1.0)).clamp(0.0, 1.0);
+                (bottom * (1.0 - s) + top * s) / (bottom + top).max(f64::MIN_POSITIVE) / TAU
+            }
+            Self::Power { axis, exponent } => {
+                let cosine = axis.dot(direction).clamp(0.0, 1.0);
+                (f64::from(exponent) + 1.0) / TAU * Real::powi(cosine, exponent)
+            }
+        }
+    }
+}
+
+/// [`SkyLobe::direction`] of many, one after the other: in less time, since powers are drawn several together.
+pub(super) fn directions<'a>(drawn: impl Iterator<Item = (&'a SkyLobe, [f64; 2])>, out: &mut Vec<DVec3>) {
+    let mut waiting = PowerLanes::<LANES>::default();
+    let mut places = [0; LANES];
+    let flush = |waiting: &mut PowerLanes<LANES>, places: &[usize; LANES], out: &mut Vec<DVec3>| {
+        let [x, y, z] = widest(*waiting);
+        for (lane, &place) in places.iter().enumerate().take(waiting.len) {
+            out[place] = DVec3::new(x[lane], y[lane], z[lane]);
+        }
+        waiting.len = 0;
+    };
+    for (lobe, numbers) in drawn {
+        if let SkyLobe::Power { axis, exponent } = *lobe {
+            places[waiting.len] = out.len();
+            waiting.push(axis, exponent, numbers);
+            out.push(axis);
+        } else {
+            out.push(lobe.direction(numbers));
+        }
+        if waiting.len == LANES {
+            flush(&mut waiting, &places, out);
+        }
+    }
+    if waiting.len > 0 {
+        flush(&mut waiting, &places, out);
+    }
+}
+
+/// Powers that directions are to be drawn by, each with two numbers in [0, 1).
+#[derive(Clone, Copy)]
+struct PowerLanes<const N: usize> {
+    len: usize,
+    axis: [[f64; N]; 3],
+    exponent: [f64; N],
+    numbers: [[f64; N]; 2],
+}
+
+impl<const N: usize> Default for PowerLanes<N> {
+    fn default() -> Self {
+        Self { len: 0, axis: [[1.0; N]; 3], exponent: [0.0; N], numbers: [[0.0; N]; 2] }
+    }
+}
+
+impl<const N: usize> PowerLanes<N> {
+    #[inline(always)]
+    fn push(&mut self, axis: DVec3, exponent: u32, [u, v]: [f64; 2]) {
+        let lane = self.len;
+        self.len += 1;
+        (self.axis[0][lane], self.axis[1][lane], self.axis[2][lane]) = (axis.x, axis.y, axis.z);
+        self.exponent[lane] = exponent.into();
+        (self.numbers[0][lane], self.numbers[1][lane]) = (u, v);
+    }
+}
+
+impl<const N: usize> Loops for PowerLanes<N> {
+    type Output = [[f64; N]; 3];
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let mut turns = [0.0; N];
+        for (turn, v) in turns.iter_mut().zip(self.numbers[1]) {
+            *turn = TAU * v;
+        }
+        let [sines, cosines] = sines_and_cosines(turns);
+        let mut out = [[0.0; N]; 3];
+        for i in 0..N {
+            // 1 − cos, which keeps its digits where the lobe is narrow.
+            let h = -exponential_beside_one(logarithm_beside_one(-self.numbers[0][i]) / (self.exponent[i] + 1.0));
+            let rest = h * (2.0 - h);
+            let ring = (if rest > 0.0 { rest } else { 0.0 }).sqrt();
+            let axis = DVec3::new(self.axis[0][i], self.axis[1][i], self.axis[2][i]);
+            let (x, y) = axis.any_orthonormal_pair();
+            let direction = axis * (1.0 - h) + (x * cosines[i] + y * sines[i]) * ring;
+            (out[0][i], out[1][i], out[2][i]) = (direction.x, direction.y, direction.z);
+        }
+        out
+    }
+}
+
+/// A direction of a height, at a share of a turn.
+pub(super) fn at_height(y: f64, turn: f64) -> DVec3 {
+    let ring = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
+    DVec3::new(ring * libm::cos(TAU * turn), y.clamp(-1.0, 1.0), ring * libm::sin(TAU * turn))
+}
