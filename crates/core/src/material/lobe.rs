@@ -8,6 +8,7 @@ use super::frame::Frame;
 use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, alpha, mirrored, sample_wm};
 use super::interreflected::Interreflected;
+use super::lambert::Lambert;
 use super::lobe_kind::{LobeFamily, LobeKind, Pair, cosine_sample, kept_unit, on_disk};
 use crate::number::{Mask, Number, Vector3};
 
@@ -24,10 +25,7 @@ pub enum Lobe<N: Number> {
         remainder: Remainder<N>,
     },
     /// Lambert's: the same radiance in every direction.
-    Lambert {
-        /// Share that is diffused.
-        albedo: N::Vec3,
-    },
+    Lambert(Lambert<N>),
     /// Microfacets by the GGX distribution, whose reflectance goes from the one to the other by Schlick.
     Rough {
         /// Reflectance of a facet at normal incidence.
@@ -77,7 +75,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 let [base, lost] = remainder.towards(pair.into);
                 by_cosine(albedo * base + interreflected * lost)
             }
-            Self::Lambert { albedo } => by_cosine(albedo),
+            Self::Lambert(lambert) => lambert.eval_and_pdf(pair),
             Self::Rough { f0, f90, roughness } => {
                 let reflectance = f0 + (f90 - f0) * schlick_weight(pair.tilt);
                 let (value, density) = Ggx::isotropic(pair.normal, roughness).reflected(pair, reflectance);
@@ -98,7 +96,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 let base = if remainder.is_covered() { remainder.towards(pair.into)[0] } else { N::ONE };
                 albedo * base / N::from_f64(PI)
             }
-            Self::Lambert { albedo } => albedo / N::from_f64(PI),
+            Self::Lambert(lambert) => lambert.eval_diffuse(pair),
             _ => N::Vec3::ZERO,
         }
     }
@@ -142,7 +140,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
             Self::Diffuse { albedo, interreflected, remainder } => {
                 (albedo * remainder.shown[0] + interreflected * remainder.shown[1]).max_element()
             }
-            Self::Lambert { albedo } => albedo.max_element(),
+            Self::Lambert(lambert) => lambert.importance(cosine),
             Self::Rough { .. } | Self::Mirror { .. } => self.reflectance(cosine).max_element(),
             Self::Dielectric(boundary) => boundary.importance(cosine),
             Self::Interreflected(facets) => facets.importance(cosine),

@@ -64,7 +64,7 @@ fn surfaces(wo: DVec3) -> Vec<(&'static str, Bsdf<f64>)> {
         ("rough metal", of(glossy(0.9, 1.0))),
         ("shiny metal", of(glossy(0.3, 1.0))),
         ("all", of(diffuse(0.6, 0.3, NORMAL.dot(wo))).with(glossy(0.6, 0.5)).with(mirror)),
-        ("Lambert", of(Lobe::Lambert { albedo: WHITE })),
+        ("Lambert", of(Lobe::Lambert(Lambert { albedo: WHITE }))),
         ("rough", of(Lobe::Rough { f0: DVec3::splat(0.2), f90: DVec3::splat(0.7), roughness: 0.4 })),
     ]
 }
@@ -87,7 +87,7 @@ fn boundaries() -> Vec<(&'static str, Bsdf<f64>)> {
         ("out of glass", frosted(1.5, 0.6)),
         ("out of diamond", frosted(2.42, 0.8)),
         ("metal and glass", frosted(1.0 / 1.5, 0.6).with(Lobe::Rough { f0: WHITE * 0.5, f90: WHITE, roughness: 0.9 })),
-        ("into water with paint", frosted(1.0 / 1.33, 0.9).with(Lobe::Lambert { albedo: WHITE * 0.5 })),
+        ("into water with paint", frosted(1.0 / 1.33, 0.9).with(Lobe::Lambert(Lambert { albedo: WHITE * 0.5 }))),
     ]
 }
 

@@ -3,7 +3,7 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::interaction::Interaction;
-use crate::material::{Bsdf, Glass, Lobe, MetallicRoughness};
+use crate::material::{Bsdf, Glass, Lambert, Lobe, MetallicRoughness};
 use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::scene::SpecularModel;
 use crate::texture::ShadingContext;
@@ -40,7 +40,7 @@ pub(super) fn lobes<R: Real>(
         }
     }
     let albedo = unit_colour::<R>(colour * (local * m.diffuse.number(here))).min(R::Vec3::ONE - taken);
-    if albedo == R::Vec3::ZERO { bsdf } else { bsdf.with(Lobe::Lambert { albedo }) }
+    if albedo == R::Vec3::ZERO { bsdf } else { bsdf.with(Lobe::Lambert(Lambert { albedo })) }
 }
 
 /// A matte surface as a physical one that reflects nothing: the same numbers as its one lobe.

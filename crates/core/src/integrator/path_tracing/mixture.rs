@@ -10,7 +10,7 @@ use super::scatter::Onward;
 use super::vertices::LitSides;
 use crate::interaction::Interaction;
 use crate::light::vector;
-use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lobe, cosine_sample};
+use crate::material::{Bsdf, BsdfSample, Frame, Interface, Lambert, cosine_sample};
 use crate::prepare::Material;
 use crate::scene::Mixture;
 
@@ -74,7 +74,8 @@ impl<R: Real> PathTracer<'_, R> {
         let normal = vector::<R>(&here.vertices.normal, here.lane);
         let diffused = surface.diffused();
         if let Some(light) = here.light() {
-            let matte = Bsdf::<R>::new(normal).with(Lobe::Lambert { albedo: surface.albedo * R::from_f64(diffused) });
+            let albedo = surface.albedo * R::from_f64(diffused);
+            let matte = Bsdf::<R, Lambert<R>, 1>::new(normal).with(Lambert { albedo });
             answers.put_response(here.lane, &respond(&matte, here.view(), light));
         }
         let Material::Classic(classic) = &self.scene.materials[here.met().material as usize] else { return Onward::REFLECTED };

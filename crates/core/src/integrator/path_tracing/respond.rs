@@ -8,7 +8,7 @@ use raywright_bvh::{Loops, Real, Vector, widest};
 use super::vertices::{Bounce, VertexLanes};
 use crate::interaction::Interaction;
 use crate::light::{Column, LANES, LightLanes, TargetKind, Vec3Column, put, vector};
-use crate::material::{Bsdf, BsdfSample, Frame, Lobe, LobeFamily, MetallicRoughness, NormalMap};
+use crate::material::{Bsdf, BsdfSample, Frame, Lambert, LobeFamily, MetallicRoughness, NormalMap};
 use crate::number::{Lanes, Mask, Number, Vector3};
 
 /// What surfaces answer to a light.
@@ -112,7 +112,7 @@ impl<R: Real> Answers<R> {
         let light = (load3::<N, R>(lights, from), dull);
         let numbers = [load::<N, R>(&v.numbers[0], from), load::<N, R>(&v.numbers[1], from), load::<N, R>(&v.numbers[2], from)];
         let (response, sampled) = if MATTE {
-            let bsdf = Bsdf::<N, Lobe<N>, 1>::new(normal).with(Lobe::Lambert { albedo: base });
+            let bsdf = Bsdf::<N, Lambert<N>, 1>::new(normal).with(Lambert { albedo: base });
             both(&bsdf, view, light, numbers)
         } else {
             let [metallic, roughness, dielectric, grazing] = &v.terms;
@@ -195,8 +195,8 @@ fn store3<N: Number, R: Real>([x, y, z]: &mut Vec3Column<R>, from: usize, v: N::
 }
 
 #[inline(always)]
-fn both<N: Number, const MOST: usize>(
-    bsdf: &Bsdf<N, Lobe<N>, MOST>,
+fn both<N: Number, L: LobeFamily<N>, const MOST: usize>(
+    bsdf: &Bsdf<N, L, MOST>,
     view: N::Vec3,
     light: (N::Vec3, bool),
     numbers: [N; 3],

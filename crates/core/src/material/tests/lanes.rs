@@ -181,7 +181,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     if set < 2 {
         // What does not depend on the set but for whether there is glass.
         let further = Bsdf::new(normal)
-            .with(Lobe::Lambert { albedo: first_colour })
+            .with(Lobe::Lambert(Lambert { albedo: first_colour }))
             .with(Lobe::Rough { f0: second, f90: third, roughness })
             .with(Lobe::Dielectric(glass.boundary(outside, share, Some(roughness))));
         lists.extend([further, model.transport(normal, wo, outside, true)]);

@@ -3,10 +3,10 @@
 use core::f32::consts::PI;
 
 use glam::Vec3;
-use raywright_bvh::{Interval, Surface};
+use raywright_bvh::{Interval, Ray, Surface};
 
 use super::super::media::Media;
-use super::super::respond::Common;
+use super::super::respond::Respond;
 use super::super::{PathState, PreviousVertex, VertexSamples};
 use super::*;
 use crate::integrator::PathSegment;
@@ -52,6 +52,18 @@ fn matte(base: Vec3) -> MetallicRoughness<f32> {
     MetallicRoughness { base, metallic: 0.0, roughness: 1.0, dielectric: 0.0, grazing: 0.0, glass: None }
 }
 
+/// What becomes of vertices, and what they answered.
+struct Shaded {
+    lanes: ShadedLanes<f32>,
+    answers: Answers<f32>,
+}
+
+impl Shaded {
+    fn ray(&self, lane: usize) -> Ray<f32> {
+        Ray::new(vector::<f32>(&self.lanes.next.origin, lane), vector::<f32>(&self.answers.direction, lane))
+    }
+}
+
 /// Vertices and the lights that they ask, one after the other.
 struct Vertices {
     vertices: VertexLanes<f32>,
@@ -78,8 +90,14 @@ impl Vertices {
         }
     }
 
-    fn shade(&self) -> ShadedLanes<f32> {
-        Shade { vertices: &self.vertices, lights: &self.lights, answer: &Common::<true> { compensated: true }, reach: 70.0 }.run()
+    fn shade(&self) -> Shaded {
+        self.shade_as::<true>()
+    }
+
+    fn shade_as<const MATTE: bool>(&self) -> Shaded {
+        let (vertices, lights) = (&self.vertices, &self.lights);
+        let answers = Respond::<f32, MATTE> { vertices, lights, compensated: true }.run();
+        Shaded { lanes: ShadedLanes::of(vertices, lights, &answers, 70.0), answers }
     }
 }
 
@@ -124,8 +142,8 @@ fn lights_are_sent_back_in_closed_form() {
     let nan = light(steep, Vec3::new(f32::NAN, 1.0, 1.0), Density::SolidAngle(0.25), Target::Infinity);
     all.push((&path, &at), (&matte(albedos[0]), 1.0), Some((&nan, MisStrategy::Value)));
     let shaded = all.shade();
-    assert_eq!(shaded.is_lit, [true, true, true, false, false, false, false, true]);
-    let sent = |lane| vector::<f32>(&shaded.sent, lane);
+    assert_eq!(shaded.lanes.lit.is_lit, [true, true, true, false, false, false, false, true]);
+    let sent = |lane| vector::<f32>(&shaded.lanes.lit.sent, lane);
     assert!(sent(7).x.is_nan());
     close(sent(0), arriving * albedos[0] * (0.6 / PI));
     let (by_light, by_scattering) = (0.25_f32, 0.6 / PI);
@@ -149,13 +167,12 @@ fn what_reflects_nothing_is_matte() {
         assert!(model.is_matte());
         all.push((&path, &at), (&model, 1.0), Some((&lamp, MisStrategy::Weighed)));
     }
-    let glossy = Shade { vertices: &all.vertices, lights: &all.lights, answer: &Common::<false> { compensated: true }, reach: 70.0 }.run();
+    let glossy = all.shade_as::<false>();
     let matte = all.shade();
-    assert!(matte.is_lit.contains(&true) && matte.goes_on.contains(&true));
-    assert_eq!((matte.is_lit, matte.goes_on), (glossy.is_lit, glossy.goes_on));
-    let vectors =
-        |of: &ShadedLanes<f32>| [of.sent, of.origin, of.direction, of.throughput].map(|v| v.map(|axis| axis.map(f32::to_bits)));
-    assert_eq!((vectors(&matte), matte.density.map(f32::to_bits)), (vectors(&glossy), glossy.density.map(f32::to_bits)));
+    assert!(matte.lanes.lit.is_lit.contains(&true) && matte.lanes.next.goes_on.contains(&true));
+    assert_eq!((matte.lanes.lit.is_lit, matte.lanes.next.goes_on), (glossy.lanes.lit.is_lit, glossy.lanes.next.goes_on));
+    let vectors = |of: &Shaded| [of.lanes.lit.sent, of.lanes.next.origin, of.answers.direction, of.lanes.next.throughput].map(|v| v.map(|axis| axis.map(f32::to_bits)));
+    assert_eq!((vectors(&matte), matte.answers.density.map(f32::to_bits)), (vectors(&glossy), glossy.answers.density.map(f32::to_bits)));
     for (metallic, dielectric, grazing) in [(0.1, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.1)] {
         assert!(!MetallicRoughness { metallic, dielectric, grazing, ..self::matte(Vec3::ONE) }.is_matte());
     }
@@ -179,14 +196,14 @@ fn rays_to_lights_aim_at_them() {
     all.push((&path, &at), (&white, 1.0), Some((&sun, MisStrategy::Delta { shines: true })));
     let shaded = all.shade();
     for lane in 0..3 {
-        let (start, direction) = (vector::<f32>(&shaded.start, lane), vector::<f32>(&shaded.towards, lane));
+        let (start, direction) = (vector::<f32>(&shaded.lanes.shadow.start, lane), vector::<f32>(&shaded.lanes.shadow.towards, lane));
         assert!(start.y > 0.0 && start.distance(at.surface.point) < 0.01, "{lane}: from {start}");
         assert!(direction.distance(towards) < 1e-3, "{lane}: {direction}");
     }
-    assert!((4.9..5.0).contains(&shaded.length[0]), "{}", shaded.length[0]);
-    assert_eq!([shaded.length[1], shaded.length[2]], [f32::INFINITY, 70.0]);
+    assert!((4.9..5.0).contains(&shaded.lanes.shadow.length[0]), "{}", shaded.lanes.shadow.length[0]);
+    assert_eq!([shaded.lanes.shadow.length[1], shaded.lanes.shadow.length[2]], [f32::INFINITY, 70.0]);
     let (ray, range) = at.surface.spawn_to_surface(&lamp).expect("they are apart");
-    assert_eq!((ray.origin, range), (vector::<f32>(&shaded.start, 0), Interval { min: 0.0, max: shaded.length[0] }));
+    assert_eq!((ray.origin, range), (vector::<f32>(&shaded.lanes.shadow.start, 0), Interval { min: 0.0, max: shaded.lanes.shadow.length[0] }));
 }
 
 /// Protects: paths go on above the surface, with what Lambert's diffusion leaves of them: the albedo, by cosine over π; those that chance
@@ -210,16 +227,16 @@ fn paths_go_on_by_their_brightness() {
         all.push((&path(traced, Vec3::splat(brightness), numbers(u_roulette)), &at), (&matte(base), 1.0), None);
     }
     let shaded = all.shade();
-    assert_eq!(shaded.goes_on, [true, true, true, false, true, false, true, false]);
+    assert_eq!(shaded.lanes.next.goes_on, [true, true, true, false, true, false, true, false]);
     let brightest = base / base.max_element();
     let wanted = [base, base, brightest, brightest, brightest, brightest, base * 8.0 / 0.95, base];
-    for lane in (0..8).filter(|&lane| shaded.goes_on[lane]) {
-        close(vector::<f32>(&shaded.throughput, lane), wanted[lane]);
+    for lane in (0..8).filter(|&lane| shaded.lanes.next.goes_on[lane]) {
+        close(vector::<f32>(&shaded.lanes.next.throughput, lane), wanted[lane]);
         let Ray { origin, direction, .. } = shaded.ray(lane);
         assert!(origin.y > 0.0 && origin.length() < 0.01, "{origin}");
         // A point of the disk at the root of 0.04, raised.
         assert!((direction.y - 0.96_f32.sqrt()).abs() < 1e-5, "{direction}");
-        assert!((shaded.density[lane] - direction.y / PI).abs() < 1e-5, "{}", shaded.density[lane]);
+        assert!((shaded.answers.density[lane] - direction.y / PI).abs() < 1e-5, "{}", shaded.answers.density[lane]);
     }
 }
 
@@ -236,9 +253,9 @@ fn paths_that_carry_no_number_are_told() {
         all.push((&path(0, Vec3::splat(f32::NAN), [0.5, 0.9, turn, 0.5]), &tilted), (&matte(Vec3::ONE), 1.0), None);
     }
     let shaded = all.shade();
-    let above: [bool; 4] = core::array::from_fn(|i| vector::<f32>(&shaded.direction, 4 + i).y > 0.0);
-    assert_eq!(shaded.goes_on, [true, false, false, false, false, false, false, false]);
-    assert_eq!((&shaded.overflows[..4], &shaded.overflows[4..]), (&[false, true, true, false][..], &above[..]));
+    let above: [bool; 4] = core::array::from_fn(|i| vector::<f32>(&shaded.answers.direction, 4 + i).y > 0.0);
+    assert_eq!(shaded.lanes.next.goes_on, [true, false, false, false, false, false, false, false]);
+    assert_eq!((&shaded.lanes.next.overflows[..4], &shaded.lanes.next.overflows[4..]), (&[false, true, true, false][..], &above[..]));
     assert!(above.contains(&true) && above.contains(&false), "{above:?}");
 }
 
@@ -254,9 +271,9 @@ fn s08_nothing_is_reflected_below_the_surface() {
     }
     let shaded = all.shade();
     for lane in 0..8 {
-        let direction = vector::<f32>(&shaded.direction, lane);
-        assert_eq!(shaded.goes_on[lane], direction.y > 0.0, "{lane}: {direction}");
+        let direction = vector::<f32>(&shaded.answers.direction, lane);
+        assert_eq!(shaded.lanes.next.goes_on[lane], direction.y > 0.0, "{lane}: {direction}");
     }
-    let lost = shaded.goes_on.iter().filter(|&&goes_on| !goes_on).count();
-    assert!((1..8).contains(&lost) && shaded.goes_on[..4] == shaded.goes_on[4..], "{lost}");
+    let lost = shaded.lanes.next.goes_on.iter().filter(|&&goes_on| !goes_on).count();
+    assert!((1..8).contains(&lost) && shaded.lanes.next.goes_on[..4] == shaded.lanes.next.goes_on[4..], "{lost}");
 }

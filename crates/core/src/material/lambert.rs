@@ -1,0 +1,40 @@
+//! Lambert's lobe, of matte surfaces: a family of one kind, whose vertices carry no code of others.
+
+use core::f64::consts::PI;
+
+use super::frame::Frame;
+use super::lobe_kind::{LobeFamily, LobeKind, Pair, cosine_sample};
+use crate::number::{Number, Vector3};
+
+/// Lambert's: the same radiance in every direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lambert<N: Number> {
+    /// Share that is diffused.
+    pub albedo: N::Vec3,
+}
+
+impl<N: Number> LobeFamily<N> for Lambert<N> {
+    const NOTHING: Self = Self { albedo: <N::Vec3 as Vector3<N>>::ZERO };
+}
+
+impl<N: Number> LobeKind<N> for Lambert<N> {
+    #[inline(always)]
+    fn importance(&self, _: N) -> N {
+        self.albedo.max_element()
+    }
+
+    #[inline(always)]
+    fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        (self.albedo / N::from_f64(PI), pair.into / N::from_f64(PI))
+    }
+
+    #[inline(always)]
+    fn eval_diffuse(&self, _: &Pair<N>) -> N::Vec3 {
+        self.albedo / N::from_f64(PI)
+    }
+
+    #[inline(always)]
+    fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
+        frame.to_world(cosine_sample::<N>(point))
+    }
+}
