@@ -12,7 +12,7 @@ use super::scatter::Onward;
 use super::vertices::{Bounce, LitSides, VertexLanes, VertexList};
 use super::{PathState, PathTracer, classic};
 use crate::interaction::Interaction;
-use crate::light::{Column, LANES, LightLanes, vector};
+use crate::light::{Column, LightLanes, vector};
 use crate::material::{Bsdf, Frame, Glass, LayeredBsdf, LobeFamily};
 use crate::prepare::Material;
 
@@ -117,8 +117,9 @@ impl<R: Real> PathTracer<'_, R> {
         bounce: &Bounce<'_, R>,
         (surfaces, before): (&GeneralSurfaces<R>, usize),
         (vertices, lights): (&VertexLanes<R>, &LightLanes<R>),
-    ) -> (Answers<R>, Column<Onward<R>>) {
-        let (mut answers, mut onward) = (Answers::NONE, [Onward::REFLECTED; LANES]);
+        onward: &mut Column<Onward<R>>,
+    ) -> Answers<R> {
+        let mut answers = Answers::NONE;
         for lane in 0..vertices.len {
             let (lobes, glass) = &surfaces.each[before + lane];
             let here = LaneVertex { bounce, vertices, lights, lane };
@@ -128,7 +129,7 @@ impl<R: Real> PathTracer<'_, R> {
                 SurfaceLobes::Mixture(surface) => self.answer_mixture(&here, surface, &mut answers),
             };
         }
-        (answers, onward)
+        answers
     }
 
     /// What lobes answer at a vertex, and how its path goes on.

@@ -172,30 +172,30 @@ impl<R: Real> PathTracer<'_, R> {
         vertices.bend_normals(met);
         let (mut bounce, compensated) = (Bounce { paths, going, met, hits }, self.scene.compensates);
         let Vertices { matte, glossy, general, surfaces, .. } = vertices;
-        self.shade_each(&mut bounce, (matte.lanes(), asked), goes, |_, _, _, (vertices, lights)| {
-            (widest(Respond::<R, true> { vertices, lights, compensated }), None)
+        self.shade_each(&mut bounce, (matte.lanes(), asked), goes, |_, _, _, (vertices, lights), _| {
+            widest(Respond::<R, true> { vertices, lights, compensated })
         });
-        self.shade_each(&mut bounce, (glossy.lanes(), asked), goes, |_, _, _, (vertices, lights)| {
-            (widest(Respond::<R, false> { vertices, lights, compensated }), None)
+        self.shade_each(&mut bounce, (glossy.lanes(), asked), goes, |_, _, _, (vertices, lights), _| {
+            widest(Respond::<R, false> { vertices, lights, compensated })
         });
-        self.shade_each(&mut bounce, (general.lanes(), asked), goes, |tracer, bounce, before, lanes| {
-            let (answers, onward) = tracer.answer_general(bounce, (surfaces, before), lanes);
-            (answers, Some(onward))
+        self.shade_each(&mut bounce, (general.lanes(), asked), goes, |tracer, bounce, before, lanes, onward| {
+            tracer.answer_general(bounce, (surfaces, before), lanes, onward)
         });
     }
 
     /// Shades vertices of a kind and sends their paths on. `answer`: what so many lanes of them answer to the lights that they ask, after so many
-    /// vertices, and how they send paths on; none: as what is rough and opaque does.
+    /// vertices; it says how they send paths on where that is not as what is rough and opaque does.
     fn shade_each(
         &mut self,
         bounce: &mut Bounce<'_, R>,
         (vertices, asked): (&mut [VertexLanes<R>], &mut AskedLights<R>),
         goes: &mut [bool],
-        answer: impl Fn(&Self, &Bounce<'_, R>, usize, (&VertexLanes<R>, &LightLanes<R>)) -> (Answers<R>, Option<Column<Onward<R>>>),
+        answer: impl Fn(&Self, &Bounce<'_, R>, usize, (&VertexLanes<R>, &LightLanes<R>), &mut Column<Onward<R>>) -> Answers<R>,
     ) {
         self.sample_lights(bounce, vertices, asked);
+        let mut onward = [Onward::REFLECTED; LANES];
         for (group, (vertices, (chosen, lights))) in vertices.iter().zip(asked.lanes()).enumerate() {
-            let (answers, onward) = answer(self, bounce, group * LANES, (vertices, lights));
+            let answers = answer(self, bounce, group * LANES, (vertices, lights), &mut onward);
             let shaded = ShadedLanes::of(vertices, lights, &answers, self.scene.rules.shadow_max_distance);
             for lane in 0..vertices.len {
                 let place = vertices.place[lane] as usize;
@@ -203,8 +203,7 @@ impl<R: Real> PathTracer<'_, R> {
                     self.add_light(bounce, (vertices, lane), (chosen, lights), &shaded);
                 }
                 if shaded.next.goes_on[lane] {
-                    let onward = onward.as_ref().map_or(Onward::REFLECTED, |onward| onward[lane]);
-                    self.send_on(bounce, (vertices, lane), (&answers, &shaded.next), &onward);
+                    self.send_on(bounce, (vertices, lane), (&answers, &shaded.next), &onward[lane]);
                 } else {
                     if shaded.next.overflows[lane] {
                         bounce.paths[bounce.going[place] as usize].radiance = Vector::splat(R::INFINITY);
