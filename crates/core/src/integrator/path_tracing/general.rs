@@ -120,10 +120,9 @@ impl<R: Real> PathTracer<'_, R> {
         onward: &mut Column<Onward<R>>,
     ) -> Answers<R> {
         let mut answers = Answers::NONE;
-        for lane in 0..vertices.len {
-            let (lobes, glass) = &surfaces.each[before + lane];
+        for (lane, (onward, (lobes, glass))) in onward.iter_mut().zip(&surfaces.each[before..][..vertices.len]).enumerate() {
             let here = LaneVertex { bounce, vertices, lights, lane };
-            onward[lane] = match lobes {
+            *onward = match lobes {
                 SurfaceLobes::Plain(bsdf) => self.answer(&here, (bsdf, glass.as_ref()), &mut answers),
                 SurfaceLobes::Layered(place) => self.answer(&here, (&surfaces.layered[*place], glass.as_ref()), &mut answers),
                 SurfaceLobes::Mixture(surface) => self.answer_mixture(&here, surface, &mut answers),

@@ -103,12 +103,12 @@ impl<R: Real> PathTracer<'_, R> {
         let density = if priced { R::from_f64(diffused / PI) * normal.dot(h) } else { R::ZERO };
         let mut some = true;
         if m.published_roulette {
-            weight = weight * R::from_f64(1.0 / chance.max(LEAST_CHANCE));
+            weight *= R::from_f64(1.0 / chance.max(LEAST_CHANCE));
             let largest = (vector::<R>(&here.vertices.throughput, here.lane) * weight).max_element();
             // What is no number goes on as it is, and ends so that its sample is dropped.
             if largest.is_finite() {
                 some = luck < largest;
-                weight = weight * (one / largest);
+                weight *= one / largest;
             }
         }
         answers.put_sample(here.lane, &BsdfSample { some, direction, weight, density, delta: !priced });
