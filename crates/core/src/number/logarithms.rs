@@ -66,7 +66,13 @@ pub(crate) fn exponential_beside_one(x: f64) -> f64 {
     let next = 0.5 * (reduced - e) - 0.5;
     let power = f64::from_bits((1023 - ((times + WHOLE).to_bits() & 0xfff)) << 52);
     let far = (reduced - e + 1.0) * power - 1.0;
-    let value = if is_near { near } else if is_next { next } else { far };
+    let value = if is_near {
+        near
+    } else if is_next {
+        next
+    } else {
+        far
+    };
     if -x < f64::EPSILON / 4.0 { x } else { value }
 }
 

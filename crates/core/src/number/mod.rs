@@ -32,9 +32,9 @@ use core::fmt::Debug;
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub(crate) use angles::{angle_above, sines_and_cosines};
-pub(crate) use logarithms::{exponential_beside_one, logarithm_beside_one};
 use glam::DVec3;
 pub use lanes::{Lanes, Vec3Lanes};
+pub(crate) use logarithms::{exponential_beside_one, logarithm_beside_one};
 pub use mask::LaneMask;
 use raywright_bvh::{Real, Vector};
 

@@ -29,7 +29,8 @@ impl<R: Real> PathTracer<'_, R> {
             let length = shaded.shadow.length[lane];
             // Where the light is where the ray would start, nothing is in between.
             let arrives = if length > R::ZERO && (length < R::INFINITY || lights.aim[lane] == TargetKind::Infinity) {
-                let ray = Ray::new(vector::<R>(&shaded.shadow.start, lane), vector::<R>(&shaded.shadow.towards, lane)).at_time(at.time);
+                let ray =
+                    Ray::new(vector::<R>(&shaded.shadow.start, lane), vector::<R>(&shaded.shadow.towards, lane)).at_time(at.time);
                 self.passes(&ray, Interval { min: R::ZERO, max: length }, None, lights.is_sizeless(lane))
             } else {
                 R::ONE

@@ -171,8 +171,14 @@ fn what_reflects_nothing_is_matte() {
     let matte = all.shade();
     assert!(matte.lanes.lit.is_lit.contains(&true) && matte.lanes.next.goes_on.contains(&true));
     assert_eq!((matte.lanes.lit.is_lit, matte.lanes.next.goes_on), (glossy.lanes.lit.is_lit, glossy.lanes.next.goes_on));
-    let vectors = |of: &Shaded| [of.lanes.lit.sent, of.lanes.next.origin, of.answers.direction, of.lanes.next.throughput].map(|v| v.map(|axis| axis.map(f32::to_bits)));
-    assert_eq!((vectors(&matte), matte.answers.density.map(f32::to_bits)), (vectors(&glossy), glossy.answers.density.map(f32::to_bits)));
+    let vectors = |of: &Shaded| {
+        [of.lanes.lit.sent, of.lanes.next.origin, of.answers.direction, of.lanes.next.throughput]
+            .map(|v| v.map(|axis| axis.map(f32::to_bits)))
+    };
+    assert_eq!(
+        (vectors(&matte), matte.answers.density.map(f32::to_bits)),
+        (vectors(&glossy), glossy.answers.density.map(f32::to_bits))
+    );
     for (metallic, dielectric, grazing) in [(0.1, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.1)] {
         assert!(!MetallicRoughness { metallic, dielectric, grazing, ..self::matte(Vec3::ONE) }.is_matte());
     }
@@ -196,14 +202,18 @@ fn rays_to_lights_aim_at_them() {
     all.push((&path, &at), (&white, 1.0), Some((&sun, MisStrategy::Delta { shines: true })));
     let shaded = all.shade();
     for lane in 0..3 {
-        let (start, direction) = (vector::<f32>(&shaded.lanes.shadow.start, lane), vector::<f32>(&shaded.lanes.shadow.towards, lane));
+        let (start, direction) =
+            (vector::<f32>(&shaded.lanes.shadow.start, lane), vector::<f32>(&shaded.lanes.shadow.towards, lane));
         assert!(start.y > 0.0 && start.distance(at.surface.point) < 0.01, "{lane}: from {start}");
         assert!(direction.distance(towards) < 1e-3, "{lane}: {direction}");
     }
     assert!((4.9..5.0).contains(&shaded.lanes.shadow.length[0]), "{}", shaded.lanes.shadow.length[0]);
     assert_eq!([shaded.lanes.shadow.length[1], shaded.lanes.shadow.length[2]], [f32::INFINITY, 70.0]);
     let (ray, range) = at.surface.spawn_to_surface(&lamp).expect("they are apart");
-    assert_eq!((ray.origin, range), (vector::<f32>(&shaded.lanes.shadow.start, 0), Interval { min: 0.0, max: shaded.lanes.shadow.length[0] }));
+    assert_eq!(
+        (ray.origin, range),
+        (vector::<f32>(&shaded.lanes.shadow.start, 0), Interval { min: 0.0, max: shaded.lanes.shadow.length[0] })
+    );
 }
 
 /// Protects: paths go on above the surface, with what Lambert's diffusion leaves of them: the albedo, by cosine over π; those that chance
@@ -255,7 +265,10 @@ fn paths_that_carry_no_number_are_told() {
     let shaded = all.shade();
     let above: [bool; 4] = core::array::from_fn(|i| vector::<f32>(&shaded.answers.direction, 4 + i).y > 0.0);
     assert_eq!(shaded.lanes.next.goes_on, [true, false, false, false, false, false, false, false]);
-    assert_eq!((&shaded.lanes.next.overflows[..4], &shaded.lanes.next.overflows[4..]), (&[false, true, true, false][..], &above[..]));
+    assert_eq!(
+        (&shaded.lanes.next.overflows[..4], &shaded.lanes.next.overflows[4..]),
+        (&[false, true, true, false][..], &above[..])
+    );
     assert!(above.contains(&true) && above.contains(&false), "{above:?}");
 }
 
