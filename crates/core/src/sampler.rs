@@ -202,6 +202,22 @@ mod tests {
         assert_eq!(distinct.len(), others.len() + purposes.len());
     }
 
+    /// Protects: numbers are multiples of 2⁻²³ below one, by each sampler, alone and side by side. So none can become one, and rays at random would
+    /// need millions of numbers to see one that does.
+    #[test]
+    fn m01_numbers_have_23_bits() {
+        for sampler in [SamplerKind::Sobol, SamplerKind::Stratified, SamplerKind::Independent] {
+            let at = |index: u32| Address { pixel: [index.wrapping_mul(7919), !index], index, sampler, ..Address::default() };
+            let asked = (0..10_000).map(|index| (Sequence::of(at(index), Purpose::Scatter), index));
+            let mut many = Vec::new();
+            fours(asked.clone(), &mut many);
+            for x in asked.map(|(sequence, index)| sequence.four(index)).chain(many).flatten() {
+                let steps = x * 8_388_608.0;
+                assert!((0.0..8_388_608.0).contains(&steps) && steps.fract() == 0.0, "{sampler:?}: {:08x}", x.to_bits());
+            }
+        }
+    }
+
     /// Protects: the vertices of a path that divides three ways at each of twelve vertices all have addresses of their own.
     #[test]
     fn branches_never_share_an_address() {
