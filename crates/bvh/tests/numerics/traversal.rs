@@ -1,6 +1,9 @@
 //! T: trees that cull nothing that is hit, by every kernel and in both precisions. The cases are the library's.
 
-use super::support::expect_all;
+use glam::DVec3;
+use raywright_bvh::Aabb;
+
+use super::support::{Expect, Verdict, expect_all, judge};
 
 /// Protects: a ray along an axis close inside a face of a box enters it, however far away. Reciprocals that are clamped lose it.
 #[test]
@@ -55,6 +58,28 @@ fn t08_mixed_scales() {
 #[test]
 fn t10_inflation() {
     expect_all("T10", 400_000);
+}
+
+/// Protects: no box of any size and place is padded by more than was measured to be enough, which rays far out would pay for, nor by less.
+#[test]
+fn t10_pads_are_as_stated() {
+    let outcome = judge("T10 pads", 232, 40_000, |random| {
+        let (centre, half) = (
+            random.cube() * 10_f64.powf(random.between(-6.0, 6.0)),
+            random.cube().abs() * 10_f64.powf(random.between(-6.0, 6.0)),
+        );
+        let bounds = Aabb::from_points([centre - half, centre + half]);
+        let Some(padded) = bounds.padded() else { return Verdict::Skip };
+        let ulp = f64::from(f32::EPSILON);
+        // Four units of the coordinate, of which rounding to f32 may take or add half a one, and one of the extent.
+        let pad = |v: DVec3, units: f64, extents: f64| (v.abs() * units + extents * bounds.extent().max_element()) * ulp;
+        let grown = [(bounds.min, bounds.min - padded.min.as_dvec3()), (bounds.max, padded.max.as_dvec3() - bounds.max)];
+        let is_stated = |(v, grown): (DVec3, DVec3)| {
+            grown.cmpge(pad(v, 3.4, 0.99)).all() && grown.cmple(pad(v, 4.6, 1.01) + f64::from(f32::MIN_POSITIVE) * 2.0).all()
+        };
+        Verdict::holds(grown.into_iter().all(is_stated), || format!("{bounds:?} to {padded:?}"))
+    });
+    outcome.expect_right(40_000);
 }
 
 /// Protects: boxes within boxes are met as by a scan, and lie in a tree no deeper than a traversal has a stack for.
