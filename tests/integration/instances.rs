@@ -50,6 +50,7 @@ fn scene(shared: bool) -> Scene {
             pose: Pose::LookAt { eye: [0.5, 1.5, 6.0], target: [0.0, 0.2, 0.0], up: [0.0, 1.0, 0.0] },
             projection: Projection::Pinhole(Pinhole { vertical_fov: Some(35.0), ..Pinhole::default() }),
             aspect: None,
+            fit: Default::default(),
             pose_end: None,
             shutter: None,
         }],

@@ -125,6 +125,13 @@ impl Verbosity {
         }
     }
 
+    /// What was chosen or read in one way of several.
+    pub fn note(self, message: impl fmt::Display) {
+        if self > Self::Quiet {
+            tell(format_args!("note: {message}"));
+        }
+    }
+
     /// What was done.
     pub fn say(self, message: impl fmt::Display) {
         if self > Self::Quiet {

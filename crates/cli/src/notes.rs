@@ -1,6 +1,8 @@
-//! What a run has to say besides its result: all of it with `-v`, one line of it otherwise, and nothing with `-q`.
+//! What a run has to say besides its result: all of it with `-v`, a line for each file with a problem otherwise, and nothing with `-q`.
 
-use raywright_io::Loaded;
+use std::collections::HashSet;
+
+use raywright_io::{Loaded, Severity};
 
 use crate::console::{self, Verbosity};
 
@@ -12,7 +14,22 @@ enum Weight {
     /// What would make the picture better.
     Hint,
     /// What is wrong with it.
-    Warning,
+    Warning(Severity),
+}
+
+impl From<Severity> for Weight {
+    fn from(severity: Severity) -> Self {
+        if severity == Severity::Note { Self::Note } else { Self::Warning(severity) }
+    }
+}
+
+/// A message that waits for the end of a run.
+#[derive(Debug)]
+struct Message {
+    weight: Weight,
+    /// The place of what it is about among the files of the run.
+    file: usize,
+    text: String,
 }
 
 /// Messages that wait for the end of a run.
@@ -21,23 +38,31 @@ pub struct Notes {
     verbosity: Verbosity,
     /// What they are about, where a run has several scenes.
     about: Option<String>,
-    kept: Vec<(Weight, String)>,
+    /// How many files there have been.
+    file: usize,
+    kept: Vec<Message>,
+    /// Texts of all that is kept.
+    texts: HashSet<String>,
 }
+
+/// Files that have a line of their own at most.
+const MOST_FILES: usize = 20;
 
 impl Notes {
     /// None yet.
     pub fn new(verbosity: Verbosity) -> Self {
-        Self { verbosity, about: None, kept: Vec::new() }
+        Self { verbosity, about: None, file: 0, kept: Vec::new(), texts: HashSet::new() }
     }
 
     /// What follows is about this file.
     pub fn turn_to(&mut self, name: &str) {
         self.about = Some(name.to_owned());
+        self.file += 1;
     }
 
-    /// Something that the user should know although the picture is made.
+    /// Something that the user should know although the picture is made: a part of it is not as it should be.
     pub fn warn(&mut self, message: impl Into<String>) {
-        self.add(Weight::Warning, message.into());
+        self.add(Weight::Warning(Severity::LeftOut), message.into());
     }
 
     /// Something to try.
@@ -57,43 +82,61 @@ impl Notes {
 
     /// The warnings that came with a scene.
     pub fn warn_of(&mut self, loaded: &Loaded) {
-        loaded.warnings.iter().for_each(|warning| self.warn(&warning.message));
+        loaded.warnings.iter().for_each(|warning| self.add(warning.severity().into(), warning.message.clone()));
     }
 
     fn add(&mut self, weight: Weight, message: String) {
-        let message = match &self.about {
+        let text = match &self.about {
             Some(name) if !message.starts_with(name.as_str()) => format!("{name}: {message}"),
             _ => message,
         };
         if self.verbosity == Verbosity::Verbose {
-            return console::tell(labelled(weight, &message));
+            return console::tell(labelled(weight, &text));
         }
-        if !self.kept.iter().any(|(_, kept)| *kept == message) {
-            self.kept.push((weight, message));
+        if self.texts.insert(text.clone()) {
+            self.kept.push(Message { weight, file: self.file, text });
         }
     }
 
-    /// Says what was kept in one line: the first of what matters most, and how much more there is.
+    /// Says what was kept in a line for each file with a problem, or in one where none has any.
     pub fn finish(&mut self) {
-        if let Some(line) = self.line().filter(|_| self.verbosity == Verbosity::Normal) {
-            console::tell(line);
+        if self.verbosity == Verbosity::Normal {
+            self.lines().iter().for_each(console::tell);
         }
-        self.kept.clear();
+        (self.kept, self.texts) = (Vec::new(), HashSet::new());
     }
 
-    fn line(&self) -> Option<String> {
-        let most = self.kept.iter().map(|(weight, _)| *weight).max()?;
-        let (_, first) = self.kept.iter().find(|(weight, _)| *weight == most)?;
-        let more = match self.kept.len() - 1 {
-            0 => String::new(),
-            n => format!(" (and {n} more: -v)"),
-        };
-        Some(labelled(most, first) + &more)
+    /// Of each file with a problem the worst message and how many more there are, the worst file first; without any problem, one line of all.
+    fn lines(&self) -> Vec<String> {
+        let is_fine = !self.kept.iter().any(|message| matches!(message.weight, Weight::Warning(_)));
+        let same = |a: &Message, b: &Message| is_fine || a.file == b.file;
+        let mut lines: Vec<(Weight, String)> = self.kept.chunk_by(same).filter_map(line).collect();
+        lines.sort_by_key(|(weight, _)| std::cmp::Reverse(*weight));
+        if !is_fine {
+            lines.retain(|(weight, _)| matches!(weight, Weight::Warning(_)));
+        }
+        let hidden = lines.len().saturating_sub(MOST_FILES);
+        let mut lines: Vec<String> = lines.into_iter().take(MOST_FILES).map(|(_, line)| line).collect();
+        if hidden > 0 {
+            lines.push(format!("warning: {hidden} more files have warnings: -v"));
+        }
+        lines
     }
 }
 
+/// The first of the worst messages, and how many more there are.
+fn line(messages: &[Message]) -> Option<(Weight, String)> {
+    let most = messages.iter().map(|message| message.weight).max()?;
+    let first = messages.iter().find(|message| message.weight == most)?;
+    let more = match messages.len() - 1 {
+        0 => String::new(),
+        n => format!(" (and {n} more: -v)"),
+    };
+    Some((most, labelled(most, &first.text) + &more))
+}
+
 fn labelled(weight: Weight, message: &str) -> String {
-    let label = if weight == Weight::Warning { "warning" } else { "note" };
+    let label = if matches!(weight, Weight::Warning(_)) { "warning" } else { "note" };
     format!("{label}: {message}")
 }
 
@@ -101,18 +144,44 @@ fn labelled(weight: Weight, message: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Protects: the first of the weightiest messages is the one that is said, with the number of the others; what is said twice counts once.
+    /// Protects: the first of the worst messages is the one that is said, with the number of the others; what is said twice counts once.
     #[test]
     fn one_line_has_what_matters_most() {
         let mut notes = Notes::new(Verbosity::Normal);
-        assert_eq!(notes.line(), None);
+        assert!(notes.lines().is_empty());
         notes.note("a sky is added");
-        assert_eq!(notes.line().as_deref(), Some("note: a sky is added"));
-        notes.turn_to("b.glb");
+        assert_eq!(notes.lines(), ["note: a sky is added"]);
         notes.warn("a is missing");
         notes.hint("try this");
-        notes.warn("b.glb: c is missing");
+        notes.warn("c is missing");
         notes.warn("a is missing");
-        assert_eq!(notes.line().as_deref(), Some("warning: b.glb: a is missing (and 3 more: -v)"));
+        notes.add(Weight::Warning(Severity::Empty), "nothing to see".into());
+        assert_eq!(notes.lines(), ["warning: nothing to see (and 4 more: -v)"]);
+    }
+
+    /// Protects: a file with a problem is not silent because another has one, and a file without any takes no line from it.
+    #[test]
+    fn each_file_with_a_problem_has_a_line() {
+        let mut notes = Notes::new(Verbosity::Normal);
+        notes.turn_to("a.glb");
+        notes.note("shown at rest");
+        notes.turn_to("b.glb");
+        notes.warn("b.glb: c is missing");
+        notes.note("shown at rest");
+        notes.turn_to("c.glb");
+        notes.add(Severity::Missing.into(), "d is missing".into());
+        assert_eq!(notes.lines(), ["warning: c.glb: d is missing", "warning: b.glb: c is missing (and 1 more: -v)"]);
+        for file in 0..30 {
+            notes.turn_to(&format!("{file}.glb"));
+            notes.warn("e is missing");
+        }
+        let lines = notes.lines();
+        assert_eq!((lines.len(), lines.last().map(String::as_str)), (21, Some("warning: 12 more files have warnings: -v")));
+        let mut fine = Notes::new(Verbosity::Normal);
+        for file in ["a.glb", "b.glb"] {
+            fine.turn_to(file);
+            fine.note("shown at rest");
+        }
+        assert_eq!(fine.lines(), ["note: a.glb: shown at rest (and 1 more: -v)"]);
     }
 }

@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use raywright_core::suggest::closest;
+use raywright_core::{Settings, extent};
 use raywright_io::{
-    Error, ErrorKind, Format, Input, LightShortage, Limits, LoadOptions, Loaded, load_observed, models_in, presets,
+    Error, ErrorKind, Format, Input, LightShortage, Limits, LoadOptions, Loaded, WarningCode, load_observed, models_in, presets,
 };
 
 use crate::args::DEFAULT_PRESET;
 use crate::beginning::Beginning;
-use crate::failure::Failure;
+use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
 use crate::progress::Progress;
 use crate::watch::Watch;
@@ -66,6 +67,33 @@ pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
     if !parts.is_empty() {
         notes.note(parts.join("; "));
     }
+}
+
+/// Whether no ray could meet anything of a scene: neither what has an end, nor an infinite plane, nor a sky that the scene itself brings.
+pub fn shows_nothing(loaded: &Loaded) -> bool {
+    let scene = &loaded.scene;
+    if matches!(loaded.source.format, Format::Native(_)) && scene.sky.is_some() && loaded.added_sky.is_none() {
+        return false;
+    }
+    let listed = scene.objects.is_empty() && scene.generators.is_empty();
+    let extent = extent(scene, Settings::of(scene).precision);
+    listed || extent.bounds.is_empty() && extent.unbounded == 0
+}
+
+/// Why nothing is to be seen of a scene, where that is so.
+pub fn nothing_to_see(loaded: &Loaded) -> Option<Failure> {
+    if !shows_nothing(loaded) {
+        return None;
+    }
+    let is_thin = loaded.warnings.iter().any(|warning| warning.code == WarningCode::PointsAndLines);
+    let why = if is_thin { "it has points and lines alone, which are not rendered" } else { "it has no object" };
+    Some(empty(&loaded.source.name, why))
+}
+
+/// The failure of a picture without anything in it.
+pub fn empty(name: &str, why: impl std::fmt::Display) -> Failure {
+    let message = format!("{name}: there is nothing to see: {why}");
+    Failure::new(Exit::Input, message)
 }
 
 /// A path, `preset:NAME`, or `-` for what comes through standard input.

@@ -6,7 +6,7 @@ use raywright_core::denoise::Denoised;
 use raywright_core::effects::Finding;
 use raywright_core::film::Uncertainty;
 use raywright_core::{Ready, Rendered};
-use raywright_io::Loaded;
+use raywright_io::{Loaded, Warning};
 use serde::Serialize;
 
 use crate::clock::Seconds;
@@ -32,7 +32,8 @@ pub struct Stats<'a> {
     effects: &'a [Finding],
     memory: Memory,
     accelerator: &'static str,
-    warnings: Vec<Message<'a>>,
+    /// About the scene, its files or the picture.
+    warnings: &'a [Warning],
     /// Absent where it can't be told.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Uncertainty>,
@@ -48,12 +49,6 @@ struct Claim {
     error: Uncertainty,
     /// What denoising did to the picture's light, as a share of it: below zero where it is darker.
     brightened: f64,
-}
-
-/// A warning about the scene, its files or the picture.
-#[derive(Debug, Serialize)]
-struct Message<'a> {
-    message: &'a str,
 }
 
 /// Rays by kind.
@@ -99,7 +94,7 @@ impl<'a> Stats<'a> {
             effects: &ready.effects().effects,
             memory: Memory { peak_bytes: memory::peak_bytes(), geometry_bytes: held.geometry, texture_bytes: held.textures },
             accelerator: origin::accelerator(ready.settings().accelerator),
-            warnings: loaded.warnings.iter().map(|warning| Message { message: &warning.message }).collect(),
+            warnings: &loaded.warnings,
             error,
             denoised: rendered.denoised().map(|&Denoised { error, brightened, .. }| Claim { error, brightened }),
         }

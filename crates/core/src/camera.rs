@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use raywright_bvh::{Aabb, Ray, Real, Vector};
 
 use crate::motion::{camera_at, camera_moves, exposure, opening, pose_at};
-use crate::scene::{Camera as CameraData, Pinhole, Pose, Projection};
+use crate::scene::{Camera as CameraData, Fit, Pinhole, Pose, Projection};
 
 /// A camera for a picture of one size.
 #[derive(Clone, Debug)]
@@ -145,7 +145,13 @@ impl<R: Real> Camera<R> {
             }
         };
         // Where the film's aspect is the picture's, both directions use exactly the same unit.
-        let pixel = if data.aspect.is_some() { [film_width / width, 1.0 / height] } else { [1.0 / height; 2] };
+        let by_width = film_width * height / width;
+        let pixel = match (data.aspect, data.fit) {
+            (None, _) => [1.0 / height; 2],
+            (Some(_), Fit::Stretch) => [film_width / width, 1.0 / height],
+            (Some(_), Fit::Contain) => [by_width.max(1.0) / height; 2],
+            (Some(_), Fit::Cover) => [by_width.min(1.0) / height; 2],
+        };
         let v = R::Vec3::from_f64;
         Self {
             eye: v(eye),

@@ -166,6 +166,7 @@ impl Silhouette {
             pose: Pose::LookAt { eye: (target + back * distance).to_array(), target: target.to_array(), up: upright.to_array() },
             projection: Projection::Pinhole(Pinhole { vertical_fov: Some(vertical_fov), ..Pinhole::default() }),
             aspect: None,
+            fit: Default::default(),
             pose_end: None,
             shutter: None,
         }

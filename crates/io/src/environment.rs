@@ -10,12 +10,13 @@ use raywright_core::Scene;
 use raywright_core::effects::{has_light, lights_reach, neutral_sky};
 use raywright_core::scene::{Colour, Image, Sky, SkyMap, Studio};
 
-use crate::error::{Error, Warning};
+use crate::error::Error;
 use crate::folder::{Folder, read_file};
 use crate::image_file::{self, Decoded};
 use crate::import::FaultKind;
 use crate::limits::{Limits, human_bytes};
 use crate::source::Format;
+use crate::warning::{Warning, WarningCode};
 
 /// What is to be the environment, and how it is turned and weighed. Nothing: a scene keeps its own as it is, a scene that would be black
 /// gets the neutral sky, and a model that brings no lights stands in the default studio.
@@ -146,7 +147,7 @@ fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits, war
             Error::input(path.display(), fault.message).with_hint("an environment is an equirectangular .hdr or .exr picture")
         }
     })?;
-    warnings.extend(remarks.into_iter().map(|remark| Warning::new(path.display(), remark)));
+    warnings.extend(remarks.into_iter().map(|remark| Warning::new(WarningCode::of_image(mended), path.display(), remark)));
     let mut name = "environment".to_owned();
     while scene.images.iter().any(|image| image.name == name) {
         name.push('\'');

@@ -114,23 +114,3 @@ pub(crate) fn reason(cause: &std::io::Error) -> String {
         _ => cause.to_string(),
     }
 }
-
-/// Something that a user should know and that does not stop the work.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    /// One sentence that names the file where there is one.
-    pub message: String,
-}
-
-impl Warning {
-    /// A warning about a file.
-    pub fn new(path: impl fmt::Display, message: impl fmt::Display) -> Self {
-        Self { message: format!("{path}: {message}") }
-    }
-}
-
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
-    }
-}

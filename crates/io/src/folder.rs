@@ -189,7 +189,8 @@ impl Folder {
             None => return refuse(OUT),
         };
         let unreadable = |cause| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
-        let path = path.canonicalize().or_else(|cause| in_any_case(root, local).ok_or(cause)).map_err(unreadable)?;
+        let there = path.canonicalize().or_else(|cause| in_any_case(root, local).ok_or(cause));
+        let path = there.inspect_err(|_| self.inputs.borrow_mut().miss(&path)).map_err(unreadable)?;
         match self.outside || path.starts_with(root) {
             true => Ok(Location::Disk(path)),
             false => refuse("is a link that leads out of the scene's folder (--allow-outside follows it)"),

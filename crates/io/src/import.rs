@@ -8,6 +8,7 @@ use raywright_core::memory::is_available;
 use raywright_core::validate::validate;
 
 use crate::folder::ReadError;
+use crate::warning::WarningCode;
 use crate::{Error, Limits, Warning, human_bytes};
 
 /// The endings of model files, for messages.
@@ -118,7 +119,7 @@ pub(crate) fn number(value: f64) -> String {
 /// Warnings, each said once and not more than a reader can take in.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
-    messages: Vec<String>,
+    list: Vec<(WarningCode, String)>,
     left_out: usize,
 }
 
@@ -126,13 +127,13 @@ impl Warnings {
     const MOST: usize = 100;
 
     /// Adds a warning unless it was said already.
-    pub fn add(&mut self, message: impl Into<String>) {
+    pub fn add(&mut self, code: WarningCode, message: impl Into<String>) {
         let message = message.into();
-        if self.messages.contains(&message) {
+        if self.list.iter().any(|(_, said)| *said == message) {
             return;
         }
-        if self.messages.len() < Self::MOST {
-            self.messages.push(message);
+        if self.list.len() < Self::MOST {
+            self.list.push((code, message));
         } else {
             self.left_out += 1;
         }
@@ -145,16 +146,16 @@ impl Warnings {
         }
         let clamped = if value.is_nan() { least } else { value.clamp(least, most) };
         let [said, least, most, taken] = [value, least, most, clamped].map(number);
-        self.add(format!("{place}: {what} {said} is outside {least} to {most}; {taken} was taken"));
+        self.add(WarningCode::Range, format!("{place}: {what} {said} is outside {least} to {most}; {taken} was taken"));
         clamped
     }
 
     /// The list for the user.
     pub fn finish(mut self, file: impl fmt::Display) -> Vec<Warning> {
         if self.left_out > 0 {
-            self.messages.push(format!("{} more warnings", self.left_out));
+            self.list.push((WarningCode::More, format!("{} more warnings", self.left_out)));
         }
-        self.messages.into_iter().map(|message| Warning::new(&file, message)).collect()
+        self.list.into_iter().map(|(code, message)| Warning::new(code, &file, message)).collect()
     }
 }
 
@@ -263,11 +264,11 @@ mod tests {
     fn warnings_are_said_once_and_capped() {
         let mut warnings = Warnings::default();
         for i in 0..1000 {
-            warnings.add(format!("w{}", i % 500));
+            warnings.add(WarningCode::Format, format!("w{}", i % 500));
         }
         assert_eq!(warnings.finish("f").len(), Warnings::MOST + 1);
         let mut warnings = Warnings::default();
-        ["a", "b", "a", "b", "b"].into_iter().for_each(|message| warnings.add(message));
+        ["a", "b", "a", "b", "b"].into_iter().for_each(|message| warnings.add(WarningCode::Format, message));
         let said: Vec<_> = warnings.finish("f").into_iter().map(|warning| warning.message).collect();
         assert_eq!(said, ["f: a", "f: b"]);
     }

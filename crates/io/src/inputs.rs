@@ -14,6 +14,8 @@ use crate::output::{Place, fingerprint};
 pub struct Inputs {
     /// As they were opened.
     read: BTreeSet<PathBuf>,
+    /// They were looked for and are not there.
+    absent: BTreeSet<PathBuf>,
     /// Without `.` and `..`. Such a place is never looked at: a scene may name whatever it likes, and a network's folders
     /// notice when they are asked for.
     named: BTreeSet<PathBuf>,
@@ -29,11 +31,11 @@ pub enum Clash {
 }
 
 impl Inputs {
-    /// SHA-256 of the names and the contents of all files that were read, as 64 hexadecimal digits: another one where any of them has changed, is
-    /// gone or is there again. It is worked out anew, so that it tells of files as they are now.
+    /// SHA-256 of the names and the contents of all files that were read or looked for, as 64 hexadecimal digits: another one where any of them
+    /// has changed, is gone or has come. It is worked out anew, so that it tells of files as they are now.
     pub fn content_hash(&self) -> String {
         let mut hash = SceneHash::default();
-        for path in &self.read {
+        for path in self.files() {
             hash.note(path.to_string_lossy().as_bytes());
             match std::fs::read(path) {
                 Ok(bytes) => hash.note(&bytes),
@@ -48,14 +50,19 @@ impl Inputs {
         self.read.insert(path.to_owned());
     }
 
+    /// Adds a file that was looked for and is not there.
+    pub fn miss(&mut self, path: &Path) {
+        self.absent.insert(path.to_owned());
+    }
+
     /// Adds an absolute path that something names for a file, whatever is there.
     pub fn name(&mut self, path: &Path) {
         self.named.insert(plain(path));
     }
 
-    /// The files that are read.
+    /// The files that are read or were looked for, in order of their names.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
-        self.read.iter().map(PathBuf::as_path)
+        self.read.union(&self.absent).map(PathBuf::as_path)
     }
 
     /// The first of many places that must not be written to, each with the fingerprint of what is there: every file is opened once,

@@ -8,7 +8,7 @@ use raywright_core::scene::MeshSource;
 use raywright_core::{Observer, Scene, generate};
 
 use crate::environment::{self, Environment, LightShortage};
-use crate::error::{Error, Warning};
+use crate::error::Error;
 use crate::folder::{Folder, Resolver, read_file, read_limited};
 use crate::gltf::{Choice, Contents, Model};
 use crate::hash::SceneHash;
@@ -18,6 +18,7 @@ use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
 use crate::source::{Format, SourceInfo, foreign};
 use crate::up::{UpAxis, turn};
+use crate::warning::Warning;
 use crate::{model_file, presets};
 
 /// Where a scene comes from.

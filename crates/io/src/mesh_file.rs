@@ -6,13 +6,14 @@ use glam::{DAffine3, DVec3, Vec3};
 use raywright_core::scene::{MeshData, ModelPart, Shape};
 use raywright_core::{Lookup, Scene, affine};
 
-use crate::error::{Error, Warning};
+use crate::error::Error;
 use crate::folder::Folder;
 use crate::gltf::Choice;
 use crate::import::MODELS;
 use crate::limits::Limits;
 use crate::model_file;
 use crate::source::Format;
+use crate::warning::Warning;
 
 /// All triangles of a model file, where the file puts them in the scene and at the time that are asked for.
 pub(crate) fn read(

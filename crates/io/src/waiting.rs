@@ -10,6 +10,7 @@ use raywright_core::scene::{Fields, Image, Model};
 use crate::Limits;
 use crate::image_file::{Decoded, decode};
 use crate::import::{Outcome, endurable};
+use crate::warning::WarningCode;
 
 /// What became of pictures, each with its place, in the order in which they came.
 #[derive(Debug, Default)]
@@ -17,7 +18,7 @@ pub(crate) struct DecodeReport {
     /// Why those can't be decoded that can't: what uses them takes its factor alone, as [`drop_missing`] sees to.
     pub broken: Vec<String>,
     /// What of the others was not taken as it is.
-    pub remarks: Vec<String>,
+    pub remarks: Vec<(WarningCode, String)>,
 }
 
 /// Pictures on their way into a scene: looked at one by one, in order, and decoded together on the threads of the current pool.
@@ -50,7 +51,8 @@ impl<'a> Waiting<'a> {
             match endurable(data.map_err(|fault| fault.at(&place)))? {
                 Err(why) => report.broken.push(why),
                 Ok(data) => {
-                    report.remarks.extend(data.remarks.into_iter().map(|remark| format!("{place}: {remark}")));
+                    let code = WarningCode::of_image(data.mended);
+                    report.remarks.extend(data.remarks.into_iter().map(|remark| (code, format!("{place}: {remark}"))));
                     if let Some(image) = images.get_mut(image) {
                         (image.data, image.mended) = (Some(data.image.into()), data.mended);
                     }

@@ -119,10 +119,14 @@ fn what_can_not_be_denoised_says_why() {
     render(&desk, "--rung samples=64,reconstruction=denoised -o c.png").exits_with(0).says_like("denoised (biased)");
     desk.write("calm.scene.toml", "format = 1\nsky.constant = 0.5\n[render]\npattern = \"corners\"\nsize = [8, 8]\n");
     desk.run(&["render", "calm.scene.toml", "--denoise"]).exits_with(0).says_like("nothing in this picture is by chance");
-    desk.run(&["render", "calm.scene.toml", "--quick"]).exits_with(0).says_like("(8x8, 4 samples");
+    desk.run(&["render", "calm.scene.toml", "--quick"]).exits_with(0).says_like("(4x4, 4 samples");
+    desk.run(&["render", "calm.scene.toml", "--quick", "-s", "9x7"]).exits_with(0).says_like("(9x7, 4 samples");
+    desk.run(&["render", "preset:whitted", "--quick", "-s", "0x7"]).exits_with(2);
     desk.write(
         "bright.scene.toml",
         std::fs::read_to_string(desk.path("room.scene.toml")).expect("a scene").replace("samples = 6", "samples = 40"),
     );
-    desk.run(&["render", "bright.scene.toml", "--quick"]).exits_with(0).says_like("(70x50, 16 samples, denoised");
+    desk.run(&["render", "bright.scene.toml", "--quick", "--size", "70x50"])
+        .exits_with(0)
+        .says_like("(70x50, 16 samples, denoised");
 }

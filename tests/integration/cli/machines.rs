@@ -28,7 +28,7 @@ fn many_files_are_checked() {
     let nothing = "empty.scene.toml: there is nothing to see: it has no object";
     let both = ["check", "good.scene.toml", "empty.scene.toml"];
     let run = desk.run(&both);
-    run.exits_with(0).says(&format!("warning: {nothing}"));
+    run.exits_with(0).says(&format!("warning: {nothing} [nothing-to-see]"));
     assert_eq!(run.text(), "good.scene.toml: ok\nempty.scene.toml: ok, 1 warning\n");
     desk.run(&[&both[..], &["--deny-warnings"]].concat())
         .exits_with(3)
@@ -41,7 +41,12 @@ fn many_files_are_checked() {
     let of = |key: &str| report["files"].as_array().expect("a list").iter().map(|file| file[key].clone()).collect::<Vec<Value>>();
     assert_eq!(of("code"), [0, 4, 3, 3].map(Value::from));
     assert_eq!(of("ok"), [true, false, false, false].map(Value::from));
-    assert_eq!(of("warnings")[3], Value::from(vec![nothing]));
+    assert_eq!(of("warnings")[3], serde_json::json!([{ "code": "nothing-to-see", "severity": "empty", "message": nothing }]));
+    desk.run(&[&both[..], &["--deny-warnings", "--allow", "nothing-to-see"]].concat()).exits_with(0);
+    desk.run(&[&both[..], &["--deny-warnings", "--allow", "nothing"]].concat()).exits_with(2).says_like("there is no such code");
+    // What rests and could move is no problem of a picture.
+    desk.write("model.gltf", super::models::model());
+    desk.run(&["check", "model.gltf", "--deny-warnings"]).exits_with(0).says_like("note: model.gltf: ").says_like("[at-rest]");
     assert!(of("error")[2].as_str().is_some_and(|error| error.starts_with("unknown key `objcts`")), "{report}");
 }
 
@@ -162,7 +167,7 @@ fn layouts_are_those_of_the_page() {
     seen.extend(has_the_documented_keys("render --stats", &serde_json::from_str(&stats).expect("JSON")));
     complete("render --stats", &seen);
     for (from, lines) in [
-        ("check --json", &["check good.scene.toml --json"][..]),
+        ("check --json", &["check good.scene.toml model.gltf --json"][..]),
         ("info --json", &["info good.scene.toml --json", "info model.gltf --json"]),
         ("info PICTURE --json", &["info a.exr --json", "info c.exr --json"]),
         ("explain --json", &["explain good.scene.toml --json", "explain lamp.scene.toml --json --measure"]),
@@ -173,7 +178,7 @@ fn layouts_are_those_of_the_page() {
                 "bench good.scene.toml --repeats 1 --seconds 0.01 --json -q",
             ],
         ),
-        ("stress --json", &["stress twice.scene.toml --json -q"]),
+        ("stress --json", &["stress twice.scene.toml --json -q", "stress model.gltf --json -q"]),
         ("accuracy --json", &["accuracy lamp.scene.toml --budget 3min --size 12x9 --rounds 2 --json -q"]),
         ("compare --json", &["compare a.exr b.exr --json", "compare a.exr b.exr --noise --json", "compare c.exr c.exr --json"]),
     ] {

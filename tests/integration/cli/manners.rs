@@ -167,7 +167,7 @@ fn colours_have_their_usual_names() {
     let run = desk.run(&["check", "c.scene.toml"]);
     run.exits_with(0).says(
         "warning: c.scene.toml: `base_colour` of material `m` is [230, 178, 25], many times the light that it gets; codes from 0 to 255 are \
-         written \"rgb(230, 178, 25)\"",
+         written \"rgb(230, 178, 25)\" [colour-codes]",
     );
     scene("\"rebeccapurpel\"");
     desk.run(&["check", "c.scene.toml"]).exits_with(3);

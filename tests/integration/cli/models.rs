@@ -43,9 +43,24 @@ fn parts_of_a_model_are_chosen() {
     let desk = Desk::new();
     desk.write("wall.gltf", model());
     let seen = |flags: &[&str]| {
-        let words =
-            [&["render", "wall.gltf", "--size", "4x4", "--spp", "1", "--background", "0,1,0", "-q", "-o", "a.exr"], flags]
-                .concat();
+        let words = [
+            &[
+                "render",
+                "wall.gltf",
+                "--size",
+                "4x4",
+                "--spp",
+                "1",
+                "--background",
+                "0,1,0",
+                "-q",
+                "-o",
+                "a.exr",
+                "--allow-empty",
+            ],
+            flags,
+        ]
+        .concat();
         desk.run(&words).exits_with(0);
         desk.picture("a.exr").rgb[0]
     };
@@ -117,6 +132,26 @@ fn motion_is_explained_switched_off_and_checked() {
     assert!(message.contains("a.scene.toml:8:") && message.contains("less than 180 degrees"), "{message}");
 }
 
+/// Protects: `--frames all` has the moments of the whole animation, or of the one that is chosen, and says where there is none.
+#[test]
+fn films_last_as_long_as_animations() {
+    let desk = Desk::new();
+    desk.write("wall.gltf", model());
+    let run = |words: &str| desk.run(&words.split(' ').collect::<Vec<_>>());
+    let film = "render wall.gltf --size 4x4 --spp 1 -q -o f%d.exr --frames";
+    run(&format!("{film} all:4")).exits_with(0);
+    assert_eq!(desk.names().iter().filter(|name| name.starts_with('f')).count(), 4);
+    let kept: Vec<_> = (0..4).map(|i| desk.picture(&format!("f{i}.exr")).rgb).collect();
+    run(&format!("{film} 0..1:4")).exits_with(0);
+    (0..4).for_each(|i| assert!(desk.picture(&format!("f{i}.exr")).rgb == kept[i], "{i}"));
+    run(&format!("{film} all:4 --animation leave")).exits_with(0);
+    run(&format!("{film} all:4 --animation come")).exits_with(2).says_like("leave");
+    run(&format!("{film} all:1e9")).exits_with(2).says_like("1000000000 pictures are too many");
+    run("render preset:whitted -q --frames all:25").exits_with(2).says_like("it has no animation with a length");
+    run("render - -q --frames all:25").exits_with(2).says_like("standard input is read once");
+    run("render wall.gltf wall.gltf -q --frames all:25").exits_with(2).says_like("--frames all is of one model");
+}
+
 /// Protects: what `info` tells is JSON, too: counts, names, what there is to choose from, which extensions are read, where the
 /// model is and what it takes.
 #[test]
@@ -160,19 +195,36 @@ fn nothing_to_be_seen_is_told() {
     desk.write("a.mtl", "newmtl lamp\nKd 0 0 0\nKe 0.1 0.1 0.1\nnewmtl wall\nKd 1 1 1\n");
     let render = |file: &str, target: &str| {
         let words = ["render", file, "--size", "8x8", "--spp", "1", "--eye", "0.2,0.2,5", "--target", target, "-o", "a.png"];
-        desk.run(&words).exits_with(0).stderr.clone()
+        desk.run(&words)
     };
-    let there = render("a.obj", "0.2,0.2,0");
+    let there = render("a.obj", "0.2,0.2,0").exits_with(0).stderr.clone();
     assert!(
         !there.contains("no camera ray") && there.contains("the model brings no lights: it stands in the default studio"),
         "{there}"
     );
+    std::fs::remove_file(desk.path("a.png")).expect("a picture");
     let away = render("a.obj", "0.2,0.2,9");
     let said =
         "no camera ray met anything: the scene lies between (0.000000, 0.000000, -1.000000) and (90.000000, 90.000000, 0.000000)";
-    assert!(away.contains(said), "{away}");
+    away.exits_with(3).says_like(said).says_like("help: --allow-empty writes a picture all the same");
+    assert!(!desk.path("a.png").exists());
+    let flags = ["render", "a.obj", "--size", "8x8", "--spp", "1", "--eye", "0.2,0.2,5", "--target", "0.2,0.2,9"];
+    desk.run(&[&flags[..], &["--allow-empty", "-o", "a.png"]].concat()).exits_with(0).says_like(said);
+    // A part of a picture may well be empty.
+    desk.run(&[&flags[..], &["--crop", "0,0,2,2", "-o", "a.png"]].concat()).exits_with(0).says_like(said);
+    // Of several pictures of a scene, one that shows something is enough.
+    desk.run(&["render", "a.obj", "--views", "left,front", "--size", "8x8", "--spp", "1", "-o", "v%d.png"]).exits_with(0);
+    desk.write("thin.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
+    desk.run(&["render", "thin.obj"])
+        .exits_with(3)
+        .says_like("thin.obj: there is nothing to see: it has points and lines alone, which are not rendered");
+    desk.write("void.scene.toml", "format = 1\n");
+    desk.run(&["render", "a.obj", "void.scene.toml", "--size", "8x8", "--spp", "1", "-o", "n%d.png"])
+        .exits_with(3)
+        .says_like("void.scene.toml: there is nothing to see: it has no object")
+        .says_like("wrote n0.png");
     desk.write("dim.scene.toml", "format = 1\n[[models]]\nfile = \"a.obj\"\n");
-    let dim = render("dim.scene.toml", "0.2,0.2,0");
+    let dim = render("dim.scene.toml", "0.2,0.2,0").exits_with(0).stderr.clone();
     assert!(!dim.contains("sky") && !dim.contains("studio"), "{dim}");
 }
 

@@ -383,3 +383,29 @@ fn lamps_in_cupboards_are_named() {
     let all = told("all.scene.toml", &[-2.0, 0.0, 2.0]);
     assert!(all.len() == 1 && all[0].starts_with("note: nothing is lit by object `a`, 1 more and object `c`: all "), "{all:?}");
 }
+
+/// Protects: a picture that is clipped by more than a fifth is warned of, whatever else is said; `--exposure auto` takes what the warning names, in
+/// the picture, in its metadata, of a film, and once for all pictures of a scene.
+#[test]
+fn exposure_is_found() {
+    let desk = Desk::new();
+    desk.write(
+        "sky.scene.toml",
+        "format = 1\nsky.expression = \"5*(1 + t)\"\n[render]\nsize = [8, 8]\nsamples = 1\ntone_map = \"none\"\n",
+    );
+    let plain = desk.run(&["render", "sky.scene.toml", "-o", "a.png"]);
+    plain.exits_with(0).says_like("warning: 100 % of the pixels are clipped; try --exposure -3, or auto");
+    desk.run(&["render", "sky.scene.toml", "--exposure", "-3", "-o", "b.png"]).exits_with(0);
+    let auto = desk.run(&["render", "sky.scene.toml", "--exposure", "auto", "-o", "c.png", "--checkpoint", "c.film"]);
+    assert!(!auto.exits_with(0).stderr.contains("clipped"), "{}", auto.stderr);
+    assert!(desk.picture("c.png").rgb == desk.picture("b.png").rgb && desk.picture("a.png").rgb != desk.picture("b.png").rgb);
+    assert!(desk.run(&["info", "c.png"]).exits_with(0).text().contains("exposure=-3"));
+    desk.run(&["merge", "c.film", "--exposure", "auto", "-o", "d.png"]).exits_with(0);
+    assert!(desk.picture("d.png").rgb == desk.picture("b.png").rgb);
+    desk.run(&["render", "sky.scene.toml", "--frames", "0..2:1", "--exposure", "auto", "-o", "f%d.png"]).exits_with(0);
+    desk.run(&["render", "sky.scene.toml", "--at", "1", "--exposure", "-3", "-o", "g.png"]).exits_with(0);
+    assert!(desk.picture("f0.png").rgb == desk.picture("b.png").rgb && desk.picture("f1.png").rgb == desk.picture("g.png").rgb);
+    desk.run(&["render", "sky.scene.toml", "--exposure", "bright"])
+        .exits_with(2)
+        .says_like("expected a number of stops, or auto");
+}

@@ -102,7 +102,7 @@ fn what_vanishes_is_a_warning() {
     desk.write("one.scene.toml", scene(&[("near", "0"), ("far", "1e9")]));
     desk.write("three.scene.toml", scene(&[("far", "1e9"), ("farther", "1e10"), ("near", "0"), ("beyond", "-1e9")]));
     let warning = |arguments: &[&str]| {
-        let run = desk.run(arguments);
+        let run = desk.run(&[arguments, &["--allow-empty"]].concat());
         run.exits_with(0);
         run.stderr.lines().filter(|line| line.contains("nothing is seen")).map(str::to_owned).collect::<Vec<_>>()
     };

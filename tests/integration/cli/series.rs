@@ -96,7 +96,8 @@ fn several_files_are_rendered() {
 fn several_files_are_seen_from_one_view() {
     let desk = desk();
     let run = |words: &[&str]| {
-        desk.run(&[&["-s", "24x16", "--spp", "8", "-q"], words].concat()).exits_with(0);
+        // One of them is flat and seen along its surface.
+        desk.run(&[&["-s", "24x16", "--spp", "8", "-q", "--allow-empty"], words].concat()).exits_with(0);
     };
     run(&["a.obj", "b.obj", "--view", "left", "-o", "v%d.exr"]);
     for (several, file) in [("v0.exr", "a.obj"), ("v1.exr", "b.obj")] {

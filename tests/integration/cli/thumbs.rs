@@ -71,3 +71,21 @@ fn what_fails_keeps_nothing_away() {
     desk.run(&["thumbs", "models", "-o", "models/out"]).exits_with(3).says_like("not what thumbs writes");
     desk.run(&["thumbs", "none", "-o", "out"]).exits_with(4);
 }
+
+/// Protects: a texture that was missing and comes, and one that goes again, renew the picture of what names it.
+#[test]
+fn missing_files_that_come_are_noticed() {
+    let desk = Desk::new();
+    std::fs::create_dir_all(desk.path("models")).expect("a folder");
+    desk.write("models/a.obj", "mtllib a.mtl\nusemtl m\nvt 0 0\n".to_owned() + &SQUARE.replace("f 1 2 3 4", "f 1/1 2/1 3/1 4/1"));
+    desk.write("models/a.mtl", "newmtl m\nKd 1 1 1\nmap_Kd red.png\n");
+    assert_eq!(lines(&desk, &["--size", "16"]), ["new  out/a.obj.png"]);
+    assert_eq!(lines(&desk, &["--size", "16"]), ["same out/a.obj.png"]);
+    let red = image::RgbImage::from_pixel(1, 1, image::Rgb([255, 0, 0]));
+    red.save(desk.path("models/red.png")).expect("a picture");
+    assert_eq!(lines(&desk, &["--size", "16"]), ["new  out/a.obj.png"]);
+    assert!(desk.picture("out/a.obj.png").rgb.iter().any(|[r, g, _]| *r > 2.0 * g), "the texture's red");
+    assert_eq!(lines(&desk, &["--size", "16"]), ["same out/a.obj.png"]);
+    std::fs::remove_file(desk.path("models/red.png")).expect("a file");
+    assert_eq!(lines(&desk, &["--size", "16"]), ["new  out/a.obj.png"]);
+}

@@ -25,6 +25,7 @@ fn looking(eye: [f64; 3], target: [f64; 3], vertical_fov: f64) -> Camera {
         pose: Pose::LookAt { eye, target, up: [0.0, 1.0, 0.0] },
         projection: Projection::Pinhole(Pinhole { vertical_fov: Some(vertical_fov), ..Pinhole::default() }),
         aspect: None,
+        fit: Default::default(),
         pose_end: None,
         shutter: None,
     }

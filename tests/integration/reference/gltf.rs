@@ -28,6 +28,7 @@ fn difference(scenario: &str, renderer: &str, model: &str, camera: ([f64; 3], [f
         pose: Pose::LookAt { eye, target, up: [0.0, 1.0, 0.0] },
         projection: Projection::Pinhole(Pinhole { vertical_fov: Some(45.0), ..Pinhole::default() }),
         aspect: None,
+        fit: Default::default(),
         pose_end: None,
         shutter: None,
     };

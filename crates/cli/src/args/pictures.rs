@@ -6,11 +6,20 @@ use raywright_core::framing::View;
 /// Samples a pixel that can be asked for.
 pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
 
+/// How radiance is scaled before it is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// By so many stops.
+    Stops(f64),
+    /// By what suits the picture.
+    Auto,
+}
+
 /// Views with their names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Views(pub Vec<(String, View)>);
 
-/// Moments of a film: from the first second up to the last, so many a second.
+/// Moments of a film: from the first second up to the last, so many a second; up to infinity where the animation says when it ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frames {
     /// The first moment.
@@ -22,6 +31,9 @@ pub struct Frames {
 }
 
 impl Frames {
+    /// Moments that can be asked for.
+    pub const MOST: f64 = 1e5;
+
     /// Each moment.
     pub fn times(self) -> impl Iterator<Item = f64> {
         let count = ((self.to - self.from) * self.rate - 1e-9).ceil().max(1.0) as u32;

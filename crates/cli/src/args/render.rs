@@ -8,12 +8,12 @@ use clap::{ArgAction, Args, ValueEnum};
 use raywright_core::Settings;
 use raywright_core::bvh::{AcceleratorKind, BuildQuality};
 use raywright_core::framing::View;
-use raywright_core::scene::{Integrator, ToneMap, TransferCurve};
+use raywright_core::scene::{Fit, Integrator, ToneMap, TransferCurve};
 use raywright_core::settings::{Aov, Background, Crop, PrecisionChoice};
 
 use super::DEFAULT_PRESET;
 use super::names;
-use super::pictures::{Frames, Share, Views};
+use super::pictures::{Exposure, Frames, Share, Views};
 use super::scene::{ChoiceArgs, SceneArgs};
 use super::values;
 
@@ -32,7 +32,7 @@ fn examples() -> String {
   raywright render a.scene.toml --budget 30s   As good as it gets in half a minute
   raywright render cornell.glb --max-error 0.05 -o c.exr   As good as that, in as many samples as it takes
 
-Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene, 4 a file cannot be read or written, 5 over a limit, 6 written, \
+Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene or nothing to see of it, 4 a file cannot be read or written, 5 over a limit, 6 written, \
          but the error of --max-error is not reached, 130 interrupted \
          (what is finished is in NAME.partial.EXT)."
     )
@@ -57,6 +57,10 @@ pub struct RenderArgs {
     /// Write all pictures side by side into one, .png, each with its name below; others are then written where -o says alone
     #[arg(long, value_name = "FILE")]
     pub sheet: Option<PathBuf>,
+
+    /// Write pictures in which there is nothing to see, too, in place of ending with exit code 3
+    #[arg(long)]
+    pub allow_empty: bool,
 
     /// Leave out of pictures where they come from, so that equal pixels are equal files. Without -o a picture of that kind is not replaced
     #[arg(long)]
@@ -129,8 +133,9 @@ pub struct ViewArgs {
         conflicts_with_all = ["camera", "eye", "target", "frames"])]
     pub turntable: Option<u32>,
 
-    /// One picture for each moment from A up to, but not at, B seconds, so many a second, such as 0..2:25; each is that of --at
-    #[arg(long, value_name = "A..B:FPS", value_parser = values::frames, allow_hyphen_values = true, conflicts_with = "at")]
+    /// One picture for each moment from A up to, but not at, B seconds, so many a second, such as 0..2:25; all:25 is the whole length of a
+    /// model's animation. Each is that of --at
+    #[arg(long, value_name = "A..B:FPS|all:FPS", value_parser = values::frames, allow_hyphen_values = true, conflicts_with = "at")]
     pub frames: Option<Frames>,
 
     /// Enlarge what is in the middle of the picture
@@ -152,6 +157,11 @@ pub struct ViewArgs {
     /// Vertical field of view in degrees; a scene that is shown whole stays whole
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::field_of_view)]
     pub fov: Option<f64>,
+
+    /// What a picture shows whose shape is not that of its camera: all of the camera's view and more at two sides (contain), or a part of it
+    /// (cover) [default: of glTF cameras contain; otherwise the height is kept, or what the scene's `fit` says]
+    #[arg(long, value_name = "contain|cover", value_parser = values::fit, conflicts_with_all = ["view", "views", "turntable", "fov"])]
+    pub fit: Option<Fit>,
 
     /// Render only these pixels, counted from the top left; their values are those of the whole picture
     #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true, value_parser = values::crop)]
@@ -181,7 +191,7 @@ pub struct LightArgs {
     #[arg(long)]
     pub denoise: bool,
 
-    /// A first look: at most 16 samples, denoised. The fixed pattern of a scene stays as it is
+    /// A first look: at most 16 samples, denoised, half as wide and as high, at most 640x360, unless --size says it. The fixed pattern of a scene stays as it is
     #[arg(long, conflicts_with_all = ["spp", "max_error", "budget", "replay", "resume"])]
     pub quick: bool,
 
@@ -232,9 +242,10 @@ impl From<Precision> for PrecisionChoice {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Display (PNG)")]
 pub struct DisplayArgs {
-    /// Brighten by stops: 1 doubles, -1 halves [default: the scene's; models 0]
-    #[arg(long, value_name = "STOPS", value_parser = values::number, allow_hyphen_values = true)]
-    pub exposure: Option<f64>,
+    /// Brighten by stops: 1 doubles, -1 halves; auto takes the whole stops by which at most a tenth of the picture is clipped or black, those
+    /// of the first picture where a scene has several [default: the scene's; models 0]
+    #[arg(long, value_name = "STOPS|auto", value_parser = values::exposure, allow_hyphen_values = true)]
+    pub exposure: Option<Exposure>,
 
     /// How bright light is compressed [default: the scene's; models khronos-neutral]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>())]

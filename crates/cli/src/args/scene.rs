@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use raywright_core::effects::Effect;
 use raywright_core::ladder::Choice;
-use raywright_io::{EnvironmentSource, GroundRule};
+use raywright_io::{EnvironmentSource, GroundRule, WarningCode};
 
 use super::values;
 
@@ -147,9 +147,13 @@ pub struct CheckArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Take warnings for errors
+    /// Take warnings for errors; notes are none
     #[arg(long)]
     pub deny_warnings: bool,
+
+    /// Warnings that --deny-warnings allows, by the codes that follow them in brackets; separated by commas
+    #[arg(long, value_name = "CODE", value_delimiter = ',', value_parser = values::warning_code, requires = "deny_warnings")]
+    pub allow: Vec<WarningCode>,
 
     /// What is changed in the scene.
     #[command(flatten)]

@@ -5,17 +5,18 @@
 use std::path::{Path, PathBuf};
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use raywright_io::{EnvironmentSource, GroundRule, UpAxis, parse_colour};
+use raywright_io::{EnvironmentSource, GroundRule, UpAxis, WarningCode, parse_colour};
 use std::str::FromStr;
 use std::time::Duration;
 
 use raywright_core::Settings;
 use raywright_core::effects::{Effect, SWITCHABLE};
 use raywright_core::framing::View;
+use raywright_core::scene::Fit;
 use raywright_core::settings::{Background, Crop};
 use raywright_core::suggest::closest;
 
-use super::{Frames, MOST_SAMPLES, Share, Views};
+use super::{Exposure, Frames, MOST_SAMPLES, Share, Views};
 
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = Settings::MOST_EDGE;
@@ -42,6 +43,32 @@ pub fn duration(text: &str) -> Result<Duration, String> {
         (rest, unit_before) = (tail.trim_start(), unit);
     }
     if (1.0..=86_400.0).contains(&seconds) { Ok(Duration::from_secs_f64(seconds)) } else { Err(EXPECTED.to_owned()) }
+}
+
+/// What a picture of another shape than its camera's shows.
+pub fn fit(text: &str) -> Result<Fit, String> {
+    match text {
+        "contain" => Ok(Fit::Contain),
+        "cover" => Ok(Fit::Cover),
+        _ => Err("expected contain or cover".to_owned()),
+    }
+}
+
+/// Stops, or `auto`.
+pub fn exposure(text: &str) -> Result<Exposure, String> {
+    if text == "auto" {
+        return Ok(Exposure::Auto);
+    }
+    number(text).map(Exposure::Stops).map_err(|_| "expected a number of stops, or auto".to_owned())
+}
+
+/// The code of a warning.
+pub fn warning_code(text: &str) -> Result<WarningCode, String> {
+    let names = WarningCode::ALL.map(WarningCode::name);
+    WarningCode::of(text).ok_or_else(|| match closest(text, names) {
+        Some(name) => format!("there is no such code; did you mean `{name}`?"),
+        None => format!("there is no such code; known: {}", names.join(", ")),
+    })
 }
 
 /// A share of a picture, `K/N` with 1 ≤ K ≤ N.
@@ -251,13 +278,20 @@ pub fn views(text: &str) -> Result<Views, String> {
 
 /// Moments of a film, `A..B:FPS`, at most 100,000.
 pub fn frames(text: &str) -> Result<Frames, String> {
-    const MOST: f64 = 1e5;
-    let expected = || "expected A..B:FPS, such as 0..2:25 for two seconds of 25 pictures each".to_owned();
+    let expected = || {
+        "expected A..B:FPS, such as 0..2:25 for two seconds of 25 pictures each, or all:25 for all of a model's animation"
+            .to_owned()
+    };
     let (span, rate) = text.rsplit_once(':').ok_or_else(expected)?;
-    let (from, to) = span.split_once("..").ok_or_else(expected)?;
-    let frames = Frames { from: number(from)?, to: number(to)?, rate: number(rate)? };
+    let (from, to) = match span.split_once("..") {
+        Some((from, to)) => (number(from)?, number(to)?),
+        None if span == "all" => (0.0, f64::INFINITY),
+        None => return Err(expected()),
+    };
+    let frames = Frames { from, to, rate: number(rate)? };
     match frames {
-        Frames { from, to, rate } if rate > 0.0 && to > from && (to - from) * rate <= MOST => Ok(frames),
+        Frames { to: f64::INFINITY, rate, .. } if rate > 0.0 => Ok(frames),
+        Frames { from, to, rate } if rate > 0.0 && to > from && (to - from) * rate <= Frames::MOST => Ok(frames),
         Frames { from, to, rate } if rate > 0.0 && to > from => Err(format!("{} pictures are too many", (to - from) * rate)),
         Frames { from, to, rate } if rate > 0.0 => Err(format!("it ends at {to}, and starts at {from}")),
         _ => Err(expected()),

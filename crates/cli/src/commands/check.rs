@@ -1,8 +1,8 @@
 //! `check`: whether files can be rendered, and everything that stands in the way if not. Who names no precision renders in the
 //! default one, so that what its numbers lose is a problem here too.
 
-use raywright_core::{Settings, collapsed, extent};
-use raywright_io::Loaded;
+use raywright_core::{Settings, collapsed};
+use raywright_io::{Loaded, Severity, Warning, WarningCode};
 use serde::Serialize;
 
 use crate::args::CheckArgs;
@@ -12,7 +12,7 @@ use crate::notes::Notes;
 use crate::{plan, scene_input};
 
 /// Version of the layout of [`Checked`].
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// What is found in all files.
 #[derive(Serialize)]
@@ -31,7 +31,7 @@ struct Checked {
     code: u8,
     /// What stands in the way of a picture.
     error: Option<String>,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 }
 
 /// Reads and validates each file; the exit code is that of the first one that is not right.
@@ -41,7 +41,7 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
     for name in &args.scenes {
         let options = plan::options(&args.changes, None);
         let loaded = scene_input::read(name, &options, &mut Notes::new(Verbosity::Quiet)).and_then(right);
-        let (checked, failure) = judged(name.to_string_lossy().into_owned(), loaded, args.deny_warnings);
+        let (checked, failure) = judged(name.to_string_lossy().into_owned(), loaded, args);
         if !args.json {
             tell(&checked, failure.as_ref().filter(|_| args.scenes.len() > 1), verbosity)?;
         }
@@ -68,7 +68,7 @@ fn right(loaded: Loaded) -> Result<Loaded, Failure> {
 }
 
 /// What is said of a file, and how a check of it alone ends.
-fn judged(file: String, loaded: Result<Loaded, Failure>, deny_warnings: bool) -> (Checked, Option<Failure>) {
+fn judged(file: String, loaded: Result<Loaded, Failure>, args: &CheckArgs) -> (Checked, Option<Failure>) {
     let loaded = match loaded {
         Ok(loaded) => loaded,
         Err(failure) => {
@@ -77,25 +77,20 @@ fn judged(file: String, loaded: Result<Loaded, Failure>, deny_warnings: bool) ->
             return (Checked { file, ok: false, code: failure.exit as u8, error, warnings: Vec::new() }, Some(failure));
         }
     };
-    let mut warnings: Vec<String> = loaded.warnings.iter().map(|warning| warning.message.clone()).collect();
-    if shows_nothing(&loaded) {
-        warnings.push(format!("{}: there is nothing to see: it has no object", loaded.source.name));
+    let mut warnings = loaded.warnings.clone();
+    if scene_input::shows_nothing(&loaded) && !warnings.iter().any(|warning| warning.code == WarningCode::NothingToSee) {
+        warnings.push(Warning::new(WarningCode::NothingToSee, &loaded.source.name, "there is nothing to see: it has no object"));
     }
-    let denied = deny_warnings && !warnings.is_empty();
-    let failure = denied.then(|| {
-        let found = counted(warnings.len());
+    warnings.sort_by_key(|warning| std::cmp::Reverse(warning.severity()));
+    // What was read in one way or the other is no problem of the picture.
+    let is_denied = |warning: &&Warning| warning.severity() > Severity::Note && !args.allow.contains(&warning.code);
+    let denied = if args.deny_warnings { warnings.iter().filter(is_denied).count() } else { 0 };
+    let failure = (denied > 0).then(|| {
+        let found = counted(denied);
         Failure::new(Exit::Input, format_args!("{}: {found}, and --deny-warnings allows none", loaded.source.name))
     });
     let code = failure.as_ref().map_or(Exit::Done, |failure| failure.exit) as u8;
-    (Checked { file: loaded.source.name, ok: !denied, code, error: None, warnings }, failure)
-}
-
-/// Whether no ray could meet anything: neither what has an end nor an infinite plane.
-fn shows_nothing(loaded: &Loaded) -> bool {
-    let scene = &loaded.scene;
-    let listed = scene.objects.is_empty() && scene.generators.is_empty();
-    let extent = extent(scene, Settings::of(scene).precision);
-    listed || extent.bounds.is_empty() && extent.unbounded == 0
+    (Checked { file: loaded.source.name, ok: denied == 0, code, error: None, warnings }, failure)
 }
 
 fn counted(warnings: usize) -> String {
@@ -104,7 +99,10 @@ fn counted(warnings: usize) -> String {
 
 /// A line on standard output for a file that is right; the rest goes to standard error, errors of several files one by one.
 fn tell(checked: &Checked, failure: Option<&Failure>, verbosity: Verbosity) -> Result<(), Failure> {
-    checked.warnings.iter().for_each(|warning| verbosity.warn(warning));
+    for Warning { code, message } in &checked.warnings {
+        let message = format_args!("{message} [{}]", code.name());
+        if code.severity() == Severity::Note { verbosity.note(message) } else { verbosity.warn(message) }
+    }
     if let Some(failure) = failure {
         console::tell(failure.message.trim_end());
     }

@@ -37,7 +37,7 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
         return Err(refused(&args.film.display().to_string(), error));
     }
     let rendered = Rendered { denoised: Some(denoised), ..Rendered::noisy(&kept.film) };
-    let display = plan::shown(&args.display, kept.display);
+    let display = plan::shown_as_suits(&args.display, kept.display, rendered.shown());
     let noisy = kept.film.uncertainty();
     kept.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept.film);
     let written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;

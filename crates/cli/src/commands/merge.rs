@@ -36,7 +36,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     // A film that can't be kept is no reason to give up the picture.
     let filmed = args.checkpoint.as_ref().map_or(Ok(()), |path| write_film(path, &mut kept));
     let rendered = Rendered::of(&kept.film, &());
-    let display = plan::shown(&args.display, kept.display);
+    let display = plan::shown_as_suits(&args.display, kept.display, rendered.shown());
     let noisy = kept.film.uncertainty();
     kept.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept.film);
     let mut written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;

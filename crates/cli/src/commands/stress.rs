@@ -8,7 +8,7 @@ use raywright_core::display::Display;
 use raywright_core::settings::{Sampling, Settings};
 use raywright_core::stress::{Effort, Finding, Report, Severity, stress};
 use raywright_io::output::{self, Mark, Metadata};
-use raywright_io::{Error, Loaded};
+use raywright_io::{Error, Loaded, Warning};
 use serde::Serialize;
 
 use crate::args::StressArgs;
@@ -43,7 +43,7 @@ struct StressReport<'a> {
     findings: Vec<Entry>,
     left_out: usize,
     checks: Vec<CheckEntry>,
-    warnings: Vec<&'a str>,
+    warnings: &'a [Warning],
     cut_short: bool,
     seconds: f64,
 }
@@ -205,7 +205,7 @@ fn json(loaded: &Loaded, settings: &Settings, report: &Report, seconds: f64) -> 
         findings: report.findings.iter().map(entry).collect(),
         left_out: report.left_out,
         checks: report.checks.iter().map(check).collect(),
-        warnings: loaded.warnings.iter().map(|warning| warning.message.as_str()).collect(),
+        warnings: &loaded.warnings,
         cut_short: report.is_cut(),
         seconds,
     })

@@ -8,7 +8,6 @@ use std::time::SystemTime;
 
 use raywright_core::display::Display;
 use raywright_core::framing::{FIELD_OF_VIEW, Silhouette};
-use raywright_core::settings::Sampling;
 use raywright_core::{Settings, denoise};
 use raywright_io::output::{Metadata, is_own_picture, write_atomically, write_png};
 use raywright_io::{Error, Format, Input, Inputs, LoadOptions, Loaded, is_scene_or_model, load};
@@ -18,17 +17,15 @@ use crate::args::ThumbsArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
-use crate::origin;
 use crate::ready::prepared;
 use crate::threads::Threads;
 use crate::watch::Watch;
+use crate::{origin, plan, scene_input};
 
 /// Version of the layout of [`Index`].
 const FORMAT: u32 = 1;
 /// The file of the index among the pictures.
 const INDEX: &str = "thumbs.json";
-/// Most samples of a pixel.
-const SAMPLES: u32 = 16;
 /// Folders within folders that are looked into: links may lead around in circles.
 const DEEPEST: usize = 64;
 
@@ -147,6 +144,9 @@ fn thumbnail(
     }
     index.thumbnails.remove(&name);
     let loaded = load(&Input::Path(model.to_owned()), &LoadOptions::default()).map_err(Failure::from)?;
+    if let Some(failure) = scene_input::nothing_to_see(&loaded) {
+        return Err(failure);
+    }
     render(&loaded, args.size, &picture, (threads, stop))?;
     index.thumbnails.insert(name, Thumbnail::of(&loaded.inputs, args.size));
     Ok((picture, true))
@@ -162,10 +162,7 @@ fn picture_of(output: &Path, below: &Path) -> PathBuf {
 /// Renders a model whole, or a scene from its own camera, and writes it.
 fn render(loaded: &Loaded, size: u32, picture: &Path, (threads, stop): (&Threads, &AtomicBool)) -> Result<(), Failure> {
     let own = Settings::of(&loaded.scene);
-    let sampling = match own.sampling {
-        Sampling::General(samples) => Sampling::General(samples.min(SAMPLES)),
-        fixed => fixed,
-    };
+    let sampling = plan::quick_sampling(own.sampling);
     let is_model = !matches!(loaded.source.format, Format::Native(_));
     let camera = is_model.then(|| {
         let silhouette = Silhouette::of(&loaded.scene);

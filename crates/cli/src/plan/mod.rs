@@ -13,21 +13,27 @@ use raywright_core::Settings;
 use raywright_core::display::Display;
 use raywright_core::framing::View;
 use raywright_core::ladder::Ladder;
+use raywright_core::picture::Picture;
 use raywright_core::scene::{Camera, Scene};
 use raywright_core::settings::{Aov, Background, Crop, Sampling};
 use raywright_io::output::AnimationFormat;
 use raywright_io::{Environment, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions, Overrides};
 
 use crate::args::values::Up;
-use crate::args::{Accelerator, DisplayArgs, LightArgs, MOST_SAMPLES, ProgressStyle, RenderArgs, SceneArgs, Share, ViewArgs};
+use crate::args::{
+    Accelerator, DisplayArgs, Exposure, Frames, LightArgs, MOST_SAMPLES, ProgressStyle, RenderArgs, SceneArgs, Share, ViewArgs,
+};
 use crate::console::Verbosity;
 use crate::failure::Failure;
+use crate::progress::Progress;
 use crate::scene_input;
 pub use rungs::Choices;
 pub use shots::Shot;
 
 /// Samples of a pixel for a first look.
 const QUICK_SAMPLES: u32 = 16;
+/// Most pixels along the edges of a first look.
+const QUICK_SIZE: [u32; 2] = [640, 360];
 
 /// How one picture is made.
 #[derive(Clone, Debug)]
@@ -36,6 +42,8 @@ pub struct Plan {
     pub settings: Settings,
     /// How a PNG shows them.
     pub display: Display,
+    /// Whether the picture chooses its own exposure.
+    pub is_exposed: bool,
 }
 
 /// What a run of `render` is to do.
@@ -57,6 +65,8 @@ pub struct Task {
     pub outputs: Vec<PathBuf>,
     /// Where all pictures are side by side.
     pub sheet: Option<PathBuf>,
+    /// Whether a picture may show nothing.
+    pub allows_empty: bool,
     /// Whether files say where they come from.
     pub has_metadata: bool,
     /// Layers besides the colours.
@@ -100,6 +110,7 @@ impl Task {
             scenes,
             outputs,
             sheet,
+            allow_empty,
             no_metadata,
             aov,
             changes,
@@ -111,19 +122,25 @@ impl Task {
             film,
             report,
         } = args;
-        let view = with_up(view, changes.up)?;
+        let mut view = with_up(view, changes.up)?;
+        let scenes = if scenes.is_empty() { vec![scene_input::unnamed()?] } else { scenes };
+        let options = options(&changes, machine.max_memory);
+        if let Some(frames) = view.frames.filter(|frames| frames.to == f64::INFINITY) {
+            view.frames = Some(Frames { to: length(&scenes, &options, frames.rate)?, ..frames });
+        }
         let shots = shots::shots(&view);
         let is_usual = shots.iter().all(|shot| shot.label.is_empty());
         let is_animation = |path: &PathBuf| AnimationFormat::of(path).is_some();
         let task = Self {
             is_single: is_usual && scenes.len() <= 1 && sheet.is_none() && !outputs.iter().any(is_animation),
-            scenes: if scenes.is_empty() { vec![scene_input::unnamed()?] } else { scenes },
-            options: options(&changes, machine.max_memory),
+            scenes,
+            options,
             choices: Choices::from(&choices),
             shots,
             rate: shots::rate(&view),
             outputs,
             sheet,
+            allows_empty: allow_empty,
             has_metadata: !no_metadata,
             layers: aov,
             max_error: light.max_error,
@@ -144,6 +161,11 @@ impl Task {
             task.refuse_what_is_of_one_picture()?;
         }
         Ok(task)
+    }
+
+    /// Whether a scene is refused of which nothing is seen: a part of its picture may well be empty.
+    pub fn refuses_empty(&self) -> bool {
+        !self.allows_empty && self.look.view.crop.is_none() && self.part.is_none()
     }
 
     /// Quality of JPEGs, where one is asked for.
@@ -183,7 +205,7 @@ impl Task {
         rungs::refuse_two_words(&self.choices.rungs, &self.look)?;
         let Look { view: flags, light, display, accel } = &self.look;
         let own = Settings::of(scene);
-        let size = flags.size.unwrap_or(own.size);
+        let size = flags.size.unwrap_or_else(|| if self.is_quick { quick_size(own.size) } else { own.size });
         let mut settings = Settings {
             size,
             crop: flags.crop.map(|crop| within(crop, size)).transpose()?,
@@ -205,7 +227,8 @@ impl Task {
         settings.camera = view::camera(scene, (flags, view), |view, fov| framed(scene, view, fov, aspect))?;
         let display = shown(display, Display::of(&scene.render));
         self.choices.apply(scene, &mut settings)?;
-        Ok(Plan { display: Display { output: settings.output, ..display }, settings })
+        let is_exposed = self.look.display.exposure == Some(Exposure::Auto);
+        Ok(Plan { display: Display { output: settings.output, ..display }, settings, is_exposed })
     }
 
     /// Samples of a pixel: a time or an error that was asked for instead takes as many as there may be. A pattern says where samples lie
@@ -216,11 +239,44 @@ impl Task {
         let open_ended = (self.budget.is_some() || self.replay.is_some()) && !named;
         match Sampling::resolve(scene, spp) {
             Sampling::General(_) if open_ended => Sampling::General(MOST_SAMPLES),
-            Sampling::General(own) if self.is_quick => Sampling::General(own.min(QUICK_SAMPLES)),
+            own if self.is_quick => quick_sampling(own),
             _ if self.max_error.is_some() => Sampling::General(spp.unwrap_or(MOST_SAMPLES)),
             other => other,
         }
     }
+}
+
+/// Seconds of the animation of the one scene of a film.
+fn length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Result<f64, Failure> {
+    let [name] = scenes else {
+        return Err(Error::usage("--frames all is of one model, and several are named").into());
+    };
+    let refuse =
+        |why: String| Error::usage(format_args!("{}: {why}", name.display())).with_hint("say it in seconds: --frames 0..2:25");
+    if name == "-" {
+        return Err(refuse("standard input is read once, and --frames all has to look into it before".to_owned()).into());
+    }
+    let loaded = scene_input::load(&scene_input::input(name, &options.limits)?, options, &Progress::hidden())?;
+    match loaded.contents.seconds(options.model.animation.as_deref()).filter(|seconds| *seconds > 0.0) {
+        None => Err(refuse("it has no animation with a length".to_owned()).into()),
+        Some(seconds) if seconds * rate > Frames::MOST => Err(refuse(format!("{} pictures are too many", seconds * rate)).into()),
+        Some(seconds) => Ok(seconds),
+    }
+}
+
+/// The samples of a first look. A fixed pattern has few as it is.
+pub fn quick_sampling(own: Sampling) -> Sampling {
+    match own {
+        Sampling::General(samples) => Sampling::General(samples.min(QUICK_SAMPLES)),
+        fixed => fixed,
+    }
+}
+
+/// The size of a first look: a half, or what fits into [`QUICK_SIZE`] where that is less.
+fn quick_size([width, height]: [u32; 2]) -> [u32; 2] {
+    let [most_width, most_height] = QUICK_SIZE.map(f64::from);
+    let factor = 0.5_f64.min(most_width / f64::from(width)).min(most_height / f64::from(height));
+    [width, height].map(|edge| ((f64::from(edge) * factor).round() as u32).max(1))
 }
 
 /// What is refused where at most so many bytes may be taken; none: the usual number.
@@ -269,8 +325,22 @@ pub fn shown(asked: &DisplayArgs, own: Display) -> Display {
     Display {
         tone_map: asked.tonemap.unwrap_or(own.tone_map),
         curve: asked.gamma.unwrap_or(own.curve),
-        exposure_stops: asked.exposure.unwrap_or(own.exposure_stops),
+        exposure_stops: match asked.exposure {
+            Some(Exposure::Stops(stops)) => stops,
+            Some(Exposure::Auto) | None => own.exposure_stops,
+        },
         ..own
+    }
+}
+
+/// The same with the exposure that suits a picture, where that is asked for.
+pub fn shown_as_suits(asked: &DisplayArgs, own: Display, picture: &Picture) -> Display {
+    let display = shown(asked, own);
+    match asked.exposure {
+        Some(Exposure::Auto) => {
+            Display { exposure_stops: display.suitable_exposure(picture).unwrap_or(display.exposure_stops), ..display }
+        }
+        Some(Exposure::Stops(_)) | None => display,
     }
 }
 
@@ -291,6 +361,13 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+
+    /// Protects: a first look is half as wide and as high, fits into its frame without another shape, and has a pixel at least.
+    #[test]
+    fn first_looks_are_small() {
+        let sizes = [[64, 48], [1280, 720], [1920, 1080], [1000, 4000], [1, 1], [16_384, 1]];
+        assert_eq!(sizes.map(quick_size), [[32, 24], [640, 360], [640, 360], [90, 360], [1, 1], [640, 1]]);
+    }
 
     /// Protects: clap's structures end here. Below, nothing knows what was typed, but that the module of a command which makes no pictures reads
     /// its own arguments.

@@ -89,7 +89,7 @@ mod tests {
         };
         assert_eq!(frames("0..1:4"), [0.0, 0.25, 0.5, 0.75]);
         assert_eq!((frames("-1..0.5:2"), frames("0..0.1:3")), (vec![-1.0, -0.5, 0.0], vec![0.0]));
-        for wrong in ["", "1", "0..1", "1..0:5", "0..1:0", "0..1:-2", "0..1e9:25", "a..b:c"] {
+        for wrong in ["", "1", "0..1", "1..0:5", "0..1:0", "0..1:-2", "0..1e9:25", "a..b:c", "all", "all:0", "0..inf:25"] {
             assert!(values::frames(wrong).is_err(), "{wrong}");
         }
         assert!(values::views("front,top,sideways").is_err() && values::views("30").is_err());

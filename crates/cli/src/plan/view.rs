@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use raywright_core::framing::{FIELD_OF_VIEW, View};
-use raywright_core::scene::{Camera, Pinhole, Pose, Projection, Scene, Triple};
+use raywright_core::scene::{Camera, Fit, Pinhole, Pose, Projection, Scene, Triple};
 use raywright_io::Error;
 
 use crate::args::ViewArgs;
@@ -31,8 +31,16 @@ pub fn camera(
         camera.pose_end = None;
     }
     match args.fov {
-        Some(fov) => set_fov(&mut camera.projection, fov)?,
+        Some(fov) => {
+            set_fov(&mut camera.projection, fov)?;
+            // The angle is that of the picture.
+            camera.aspect = camera.aspect.filter(|_| camera.fit == Fit::Stretch);
+        }
         None => keep_vertical_fov(&mut camera, scene.render.size, args.size),
+    }
+    if let Some(fit) = args.fit {
+        let [width, height] = scene.render.size.map(f64::from);
+        (camera.aspect, camera.fit) = (camera.aspect.or(Some(width / height)), fit);
     }
     if let Some(factor) = args.zoom {
         zoom(&mut camera.projection, factor);
@@ -150,6 +158,7 @@ mod tests {
             pose,
             projection: Projection::Pinhole(pinhole),
             aspect: None,
+            fit: Default::default(),
             pose_end: None,
             shutter: None,
         };
@@ -286,6 +295,23 @@ mod tests {
             panic!("still a pinhole")
         };
         assert_eq!((narrow.vertical_fov, narrow.horizontal_fov), (Some(20.0), None));
+    }
+
+    /// Protects: `--fit` takes the camera's shape or, where it has none, the file's; an angle that is asked for is that of the picture.
+    #[test]
+    fn pictures_of_another_shape_are_fitted() {
+        let mut scene = scene();
+        scene.cameras[1].aspect = Some(1.5);
+        scene.cameras[1].fit = Fit::Contain;
+        let of = |args: ViewArgs| {
+            let taken = camera(&scene, (&args, None), |_, _| panic!("the scene has cameras")).expect("a camera").expect("one");
+            (taken.aspect, taken.fit)
+        };
+        let fit = Some(Fit::Cover);
+        assert_eq!(of(ViewArgs { fit, ..named("side") }), (Some(1.5), Fit::Cover));
+        assert_eq!(of(ViewArgs { fit, ..named("2") }), (Some(2.0), Fit::Cover));
+        assert_eq!(of(named("side")), (Some(1.5), Fit::Contain));
+        assert_eq!(of(ViewArgs { fov: Some(30.0), ..named("side") }).0, None);
     }
 
     /// Protects: a camera with a shape of its own shows the same in every picture.

@@ -34,7 +34,15 @@ fn still() -> Scene {
 fn seen(distance: f64, elevation: f64, projection: Projection, precision: PrecisionChoice) -> Rendered {
     let scene = still();
     let pose = Pose::Orbit { target: [0.0; 3], distance, azimuth: 20.0, elevation };
-    let camera = CameraData { name: String::new(), pose, projection, aspect: None, pose_end: None, shutter: None };
+    let camera = CameraData {
+        name: String::new(),
+        pose,
+        projection,
+        aspect: None,
+        fit: Default::default(),
+        pose_end: None,
+        shutter: None,
+    };
     let settings = Settings {
         size: SIZE,
         camera: Some(camera),
@@ -103,6 +111,7 @@ fn near_cameras_start_at_the_eye() {
         pose,
         projection: Projection::Orthographic { height: 2.0 },
         aspect: None,
+        fit: Default::default(),
         pose_end: None,
         shutter: None,
     };
@@ -127,6 +136,7 @@ fn a_wide_lens_starts_before_the_scene() {
             pose: Pose::LookAt { eye: [0.0; 3], target: [0.0, 0.0, -1.0], up: [0.0, 1.0, 0.0] },
             projection: Projection::ThinLens { pinhole, aperture_radius, focus_distance: 800.0 },
             aspect: None,
+            fit: Default::default(),
             pose_end: None,
             shutter: None,
         };
@@ -141,5 +151,42 @@ fn a_wide_lens_starts_before_the_scene() {
             // Only what meets the sphere around the scene tells anything.
             assert!(passes > 1.8 || along > 1.8, "{aperture_radius}: {origin} towards {direction} starts within or beyond");
         }
+    }
+}
+
+/// Protects: of a camera with a shape, `contain` shows its whole view in every picture and `cover` nothing beyond it, with square pixels, by
+/// angles of both kinds and by height; in its own shape all fits are one, to the bit.
+#[test]
+fn other_shapes_contain_or_cover() {
+    use crate::scene::Fit;
+    let pinhole =
+        |vertical_fov, horizontal_fov| Projection::Pinhole(Pinhole { vertical_fov, horizontal_fov, focal_length: None });
+    let wide = 2.0 * libm::atan(1.5 * libm::tan(20.0_f64.to_radians())).to_degrees();
+    for projection in [pinhole(Some(40.0), None), pinhole(None, Some(wide)), Projection::Orthographic { height: 2.0 }] {
+        // What is seen in the middle of the right and of the upper edge, over the half height of the view that the file says.
+        let edges = |size: [u32; 2], aspect, fit| {
+            let pose = Pose::Axes { eye: [0.0; 3], right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0], back: [0.0, 0.0, 1.0] };
+            let projection = projection.clone();
+            let data = CameraData { name: String::new(), pose, projection, aspect, fit, pose_end: None, shutter: None };
+            let camera = Camera::<f64>::new(&data, size);
+            let [width, height] = size.map(f64::from);
+            let half = if matches!(camera.kind, Kind::Orthographic) {
+                0.5
+            } else {
+                camera.forward.length() * libm::tan(20.0_f64.to_radians())
+            };
+            [width * 0.5 * camera.pixel[0] / half, height * 0.5 * camera.pixel[1] / half]
+        };
+        let is = |found: [f64; 2], expected: [f64; 2]| {
+            found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12)
+        };
+        for (size, contained, covered) in
+            [([300, 100], [3.0, 1.0], [1.5, 0.5]), ([100, 200], [1.5, 3.0], [0.5, 1.0]), ([300, 200], [1.5, 1.0], [1.5, 1.0])]
+        {
+            let found = [Fit::Contain, Fit::Cover, Fit::Stretch].map(|fit| edges(size, Some(1.5), fit));
+            assert!(is(found[0], contained) && is(found[1], covered) && is(found[2], [1.5, 1.0]), "{size:?}: {found:?}");
+        }
+        let of_its_own = [Fit::Contain, Fit::Cover, Fit::Stretch].map(|fit| edges([300, 200], Some(1.5), fit));
+        assert!(of_its_own.iter().all(|found| *found == of_its_own[0]));
     }
 }

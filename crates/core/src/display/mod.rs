@@ -7,6 +7,7 @@
 mod agx;
 mod codes;
 pub mod curve;
+pub mod exposure;
 mod matrix;
 mod output;
 mod tone;

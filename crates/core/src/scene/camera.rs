@@ -20,6 +20,9 @@ pub struct Camera {
     /// vertical field of view is kept.
     #[serde(default)]
     pub aspect: Option<f64>,
+    /// What a picture of another shape than `aspect` shows.
+    #[serde(default)]
+    pub fit: Fit,
     /// Where it is at time 1 if it moves; of the same kind as `pose`, which is where it is at time 0. Each number runs linearly
     /// from one to the other. None: it stands still.
     #[serde(default)]
@@ -28,6 +31,20 @@ pub struct Camera {
     /// it sees what moves. None: everything is seen at time 0.
     #[serde(default)]
     pub shutter: Option<[f64; 2]>,
+}
+
+/// What a picture shows whose shape is not that of its camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Fit {
+    /// The same, stretched.
+    #[default]
+    Stretch,
+    /// All of it, and more at two sides.
+    Contain,
+    /// A part of it, cut off at two sides.
+    Cover,
 }
 
 /// Position and orientation of a camera.

@@ -20,7 +20,7 @@ mod render;
 #[cfg(test)]
 mod schema;
 
-pub use camera::{Camera, Pinhole, Pose, Projection};
+pub use camera::{Camera, Fit, Pinhole, Pose, Projection};
 pub use field::{Bounds, ConstantValue, Field, FieldValue, Fields};
 pub use input::{
     Channel, Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput, TextureRef, Value, Weight,

@@ -13,7 +13,7 @@ use crate::validate::validate;
 const SIZE: u32 = 64;
 
 fn camera(pose: Pose, projection: Projection) -> CameraData {
-    CameraData { name: String::new(), pose, projection, aspect: None, pose_end: None, shutter: None }
+    CameraData { name: String::new(), pose, projection, aspect: None, fit: Default::default(), pose_end: None, shutter: None }
 }
 
 fn opening(degrees: f64) -> Pinhole {

@@ -7,7 +7,7 @@ use super::facts::{Matter, SceneFacts};
 use super::finding::{Code, Finding, Severity, Subject};
 use super::rays::RaySurvey;
 use crate::camera::{Camera as Prepared, axes};
-use crate::scene::{Camera, Projection, Shape};
+use crate::scene::{Camera, Fit, Projection, Shape};
 
 /// A camera with its picture.
 pub(super) struct View {
@@ -61,7 +61,9 @@ pub(super) fn check(facts: &SceneFacts<'_>, views: &[View], seen: &[RaySurvey]) 
         found.extend(too_small(facts, view));
         found.extend(unfocused(facts, view));
         let [width, height] = view.size.map(f64::from);
-        if let Some(aspect) = view.data.aspect.filter(|aspect| (aspect * height / width - 1.0).abs() > 0.02) {
+        if let Some(aspect) =
+            view.data.aspect.filter(|aspect| view.data.fit == Fit::Stretch && (aspect * height / width - 1.0).abs() > 0.02)
+        {
             let why =
                 format!("its `aspect` is {aspect:.3} and the picture's {:.3}, so that everything is stretched", width / height);
             let remedy = "leave `aspect` away, or give the picture that shape with --size";

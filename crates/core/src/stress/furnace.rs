@@ -72,6 +72,7 @@ fn sent_back(scene: &Scene, material: &Material, settings: &Settings) -> Option<
         pose: Pose::LookAt { eye: [0.0, 0.0, 3.0], target: [0.0; 3], up: [0.0, 1.0, 0.0] },
         projection: Projection::Orthographic { height: 1.2 },
         aspect: None,
+        fit: Default::default(),
         pose_end: None,
         shutter: None,
     };

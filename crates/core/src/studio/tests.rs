@@ -2,7 +2,7 @@ use super::*;
 
 fn camera(pose: Pose) -> Camera {
     let projection = crate::scene::Projection::Orthographic { height: 1.0 };
-    Camera { name: String::new(), pose, projection, aspect: None, pose_end: None, shutter: None }
+    Camera { name: String::new(), pose, projection, aspect: None, fit: Default::default(), pose_end: None, shutter: None }
 }
 
 fn key(studio: &Studio, pose: Pose) -> DVec3 {

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::SMALLEST;
 use super::check::{Check, list};
 use super::motion::{self, PARALLEL};
+use super::{LEAST_ASPECT, MOST_ASPECT, SMALLEST};
 use crate::scene::{Camera, Pinhole, Pose, Projection, Triple};
 
 pub(super) fn camera(check: &mut Check<'_>, camera: &Camera) {
@@ -21,7 +21,7 @@ pub(super) fn camera(check: &mut Check<'_>, camera: &Camera) {
     motion::camera(check, camera, right);
     check.inside("projection", |check| projection(check, &camera.projection));
     if let Some(aspect) = camera.aspect {
-        check.within("aspect", aspect, 1e-3, 1e3);
+        check.within("aspect", aspect, LEAST_ASPECT, MOST_ASPECT);
     }
 }
 

@@ -29,6 +29,11 @@ pub(crate) const MOST: usize = 100;
 /// Greatest absolute coordinate, in world units: beyond it, squares of distances no longer fit the renderer's f32.
 pub const FARTHEST: f64 = 1e15;
 
+/// Least width over height of a camera's view.
+pub const LEAST_ASPECT: f64 = 1e-3;
+/// Greatest width over height of a camera's view.
+pub const MOST_ASPECT: f64 = 1e3;
+
 /// Least radius, size or distance between things that must not coincide, in world units.
 pub const SMALLEST: f64 = 1e-15;
 

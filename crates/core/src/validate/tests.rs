@@ -22,6 +22,7 @@ fn sound() -> Scene {
             pose: Pose::LookAt { eye: [0.0, 0.0, 5.0], target: HERE, up: ABOVE },
             projection: Projection::Pinhole(Pinhole { vertical_fov: Some(45.0), ..Pinhole::default() }),
             aspect: None,
+            fit: Default::default(),
             pose_end: None,
             shutter: None,
         }],

@@ -103,6 +103,7 @@ pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
         pose,
         projection: Projection::Pinhole(pinhole),
         aspect: None,
+        fit: Default::default(),
         pose_end: None,
         shutter: None,
     };

@@ -12,6 +12,7 @@ use super::document::Document;
 use super::keys::{Keys, sampler};
 use super::pointer;
 use crate::import::{Fault, Outcome, Warnings, shown};
+use crate::warning::WarningCode;
 
 /// What animations say of a node.
 #[derive(Clone, Debug, Default)]
@@ -30,7 +31,7 @@ pub(super) struct Moved {
 pub(super) fn at(time: f64, document: &Document, reader: &Reader<'_>, warnings: &mut Warnings) -> Outcome<HashMap<usize, Moved>> {
     let (mut moved, mut keys) = (HashMap::<usize, Moved>::new(), Keys::new(reader));
     if document.animations.is_empty() {
-        warnings.add("the file has no animation: it looks the same at every time");
+        warnings.add(WarningCode::Choice, "the file has no animation: it looks the same at every time");
     }
     for (i, animation) in document.animations.iter().enumerate() {
         for (j, channel) in animation.channels.iter().enumerate() {
@@ -44,7 +45,10 @@ pub(super) fn at(time: f64, document: &Document, reader: &Reader<'_>, warnings: 
             let list = &document.nodes;
             let node = list.get(index).ok_or_else(|| place(absent("nodes", index, list.len())))?;
             if node.matrix.is_some() && path != "weights" {
-                warnings.add(format!("nodes[{index}]: has a matrix, which no animation can move; it stands still"));
+                warnings.add(
+                    WarningCode::Animation,
+                    format!("nodes[{index}]: has a matrix, which no animation can move; it stands still"),
+                );
                 continue;
             }
             let sampler = sampler(animation, channel.sampler).map_err(place)?;
@@ -57,9 +61,9 @@ pub(super) fn at(time: f64, document: &Document, reader: &Reader<'_>, warnings: 
                 "scale" if node.scale.is_none() => node.scale = Some(keys.vector(sampler, time).map_err(place)?),
                 "weights" if node.weights.is_none() => node.weights = Some(keys.weights(sampler, time).map_err(place)?),
                 "translation" | "rotation" | "scale" | "weights" => {
-                    warnings.add("several animations move one node: the first in the file is shown");
+                    warnings.add(WarningCode::Choice, "several animations move one node: the first in the file is shown");
                 }
-                other => warnings.add(format!("animations of `{}` are ignored", shown(other))),
+                other => warnings.add(WarningCode::Animation, format!("animations of `{}` are ignored", shown(other))),
             }
         }
     }

@@ -56,6 +56,21 @@ pub struct AnimationInfo {
     pub seconds: Option<f64>,
 }
 
+impl Contents {
+    /// Seconds until an animation ends, by name or by index as [`play`] takes it, or until the last of all does; none where none is timed.
+    pub fn seconds(&self, animation: Option<&str>) -> Option<f64> {
+        let Some(wish) = animation else { return self.animations.iter().filter_map(|of| of.seconds).reduce(f64::max) };
+        let names: Vec<&str> = self.animations.iter().map(|of| of.name.as_str()).collect();
+        self.animations.get(chosen(&names, wish)?)?.seconds
+    }
+}
+
+/// The place of a name or, where no name fits, of an index.
+fn chosen(names: &[&str], wish: &str) -> Option<usize> {
+    let by_name = names.iter().position(|name| !name.is_empty() && *name == wish);
+    by_name.or_else(|| wish.parse::<usize>().ok().filter(|&index| index < names.len()))
+}
+
 /// What a file holds. What is wrong with an animation is said where it is played.
 pub(super) fn contents(document: &Document, reader: &Reader<'_>) -> Contents {
     let mut keys = Keys::new(reader);
@@ -88,9 +103,7 @@ fn variants(document: &Document) -> Vec<&str> {
 /// A fault of kind choice that lists the scenes.
 pub(super) fn scene(document: &Document, wish: &str) -> Outcome<usize> {
     let names: Vec<&str> = document.scenes.iter().map(|scene| scene.name.as_deref().unwrap_or_default()).collect();
-    let by_name = names.iter().position(|name| !name.is_empty() && *name == wish);
-    let by_index = || wish.parse::<usize>().ok().filter(|&index| index < names.len());
-    by_name.or_else(by_index).ok_or_else(|| unknown("scene", wish, &names, true))
+    chosen(&names, wish).ok_or_else(|| unknown("scene", wish, &names, true))
 }
 
 /// Leaves the channels of one animation alone: that of a name or, where no name fits, of an index.
@@ -99,9 +112,7 @@ pub(super) fn scene(document: &Document, wish: &str) -> Outcome<usize> {
 /// A fault of kind choice that lists the animations.
 pub(super) fn play(document: &mut Document, wish: &str) -> Outcome<()> {
     let names: Vec<&str> = document.animations.iter().map(|animation| animation.name.as_deref().unwrap_or_default()).collect();
-    let by_name = names.iter().position(|name| !name.is_empty() && *name == wish);
-    let by_index = || wish.parse::<usize>().ok().filter(|&index| index < names.len());
-    let chosen = by_name.or_else(by_index).ok_or_else(|| unknown("animation", wish, &names, true))?;
+    let chosen = chosen(&names, wish).ok_or_else(|| unknown("animation", wish, &names, true))?;
     // Messages count all of them.
     let others = document.animations.iter_mut().enumerate().filter(|(index, _)| *index != chosen);
     others.for_each(|(_, animation)| animation.channels.clear());

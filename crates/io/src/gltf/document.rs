@@ -15,6 +15,7 @@ use super::json;
 use crate::Limits;
 use crate::import::{Fault, Outcome, Warnings, ask_system};
 use crate::text::without_mark;
+use crate::warning::WarningCode;
 
 /// What of a glTF file is read.
 #[derive(Debug, Default, Deserialize)]
@@ -106,7 +107,7 @@ pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Ou
         Err(fault) => {
             ask_system(text.len() as u64)?;
             let Some(rewritten) = json::rewritten(text) else { return Err(fault) };
-            rewritten.warning().into_iter().for_each(|warning| warnings.add(warning));
+            rewritten.warning().into_iter().for_each(|warning| warnings.add(WarningCode::Format, warning));
             typed(&rewritten.text, warnings)
         }
     }
@@ -144,7 +145,7 @@ fn check_version(asset: &Asset, warnings: &mut Warnings) -> Outcome<()> {
             Err(Fault::input(format!("needs glTF {least}; version 2.0 is read")))
         }
         Some(least) if least != "2.0" => {
-            warnings.add(format!("asset.minVersion asks for glTF {least}; it was read as 2.0"));
+            warnings.add(WarningCode::Format, format!("asset.minVersion asks for glTF {least}; it was read as 2.0"));
             Ok(())
         }
         _ => Ok(()),

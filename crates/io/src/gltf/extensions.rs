@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use crate::import::{Fault, Outcome, Warnings, shown};
+use crate::warning::WarningCode;
 
 /// Extensions that are read, or whose absence changes nothing in the picture of the default state.
 const READ: [&str; 27] = [
@@ -60,7 +61,7 @@ pub(super) fn check_required(required: &[String]) -> Outcome<()> {
 pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings: &mut Warnings) {
     let of_materials = |name: &str| name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
     for name in named.filter(|name| !READ.contains(&name.as_str()) && !of_materials(name)) {
-        warnings.add(format!("extension {} is ignored", shown(name)));
+        warnings.add(WarningCode::Unsupported, format!("extension {} is ignored", shown(name)));
     }
 }
 

@@ -4,6 +4,7 @@
 //! chunks that the specification tells readers to skip.
 
 use crate::import::{Fault, Outcome, Warnings};
+use crate::warning::WarningCode;
 
 /// The parts of a GLB file.
 #[derive(Debug)]
@@ -35,7 +36,10 @@ pub(super) fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Outcome<Con
         return Err(Fault::input(format!("is a GLB file cut off: {have} of {length} bytes are there")));
     }
     if u64::from(length) < have {
-        warnings.add(format!("the GLB header counts {length} bytes, the file has {have}: what follows them was ignored"));
+        warnings.add(
+            WarningCode::Format,
+            format!("the GLB header counts {length} bytes, the file has {have}: what follows them was ignored"),
+        );
     }
     let mut rest = bytes
         .get(12..length as usize)
@@ -50,7 +54,7 @@ pub(super) fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Outcome<Con
             b"BIN\0" if number > 0 && binary.is_none() => binary = Some(data),
             _ if number == 0 => return Err(Fault::input("is a GLB file whose first chunk is not its JSON")),
             // "Implementations MUST ignore chunks with unknown types."
-            _ => warnings.add(format!("GLB chunk {number}, of unknown type, was ignored")),
+            _ => warnings.add(WarningCode::Unsupported, format!("GLB chunk {number}, of unknown type, was ignored")),
         }
         rest = after;
         number += 1;

@@ -9,6 +9,7 @@ use super::Import;
 use super::entries::{MaterialExtensions, TextureUse};
 use super::texture::Use;
 use crate::import::{Outcome, number};
+use crate::warning::WarningCode;
 
 impl Import<'_> {
     /// Adds what a material's extensions say.
@@ -35,8 +36,10 @@ impl Import<'_> {
         // Nothing is said by a distance without end.
         let distance = volume.attenuation_distance.filter(|distance| *distance <= FARTHEST);
         if let Some(distance) = distance.filter(|distance| *distance <= 0.0) {
-            self.warnings
-                .add(format!("{label}: an attenuationDistance of {} makes no sense; nothing is absorbed", number(distance)));
+            self.warnings.add(
+                WarningCode::Range,
+                format!("{label}: an attenuationDistance of {} makes no sense; nothing is absorbed", number(distance)),
+            );
             return;
         }
         out.attenuation_distance =

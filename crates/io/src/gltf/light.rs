@@ -6,12 +6,13 @@ use raywright_core::validate::{FARTHEST, GREATEST, GREATEST_INTENSITY, SMALLEST}
 use super::entries::{Light as Source, Spot};
 use super::nodes::Placed;
 use crate::import::{Warnings, number};
+use crate::warning::WarningCode;
 
 /// A light as the scene wants it, or none with a warning when it makes none.
 pub(super) fn convert(light: &Source, index: usize, name: String, placed: &Placed, warnings: &mut Warnings) -> Option<Light> {
     let label = format!("KHR_lights_punctual.lights[{index}]");
     let skip = |warnings: &mut Warnings, why: &str| {
-        warnings.add(format!("{label}: {why}; the light was left out"));
+        warnings.add(WarningCode::CameraOrLight, format!("{label}: {why}; the light was left out"));
         None
     };
     let most = if light.kind == "directional" { GREATEST } else { GREATEST_INTENSITY };
@@ -47,7 +48,7 @@ pub(super) fn convert(light: &Source, index: usize, name: String, placed: &Place
 fn range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f64> {
     let range = light.range.map(f64::from).filter(|range| *range <= FARTHEST)?;
     if range <= 0.0 {
-        warnings.add(format!("{label}: a range of {} makes no sense; none was taken", number(range)));
+        warnings.add(WarningCode::Range, format!("{label}: a range of {} makes no sense; none was taken", number(range)));
         return None;
     }
     Some(warnings.clamped(range, [SMALLEST, FARTHEST], label, "range"))

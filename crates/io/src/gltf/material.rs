@@ -9,6 +9,7 @@ use super::entries::{Material as Source, TextureUse};
 use super::extensions;
 use super::texture::Use;
 use crate::import::{Outcome, number, shown};
+use crate::warning::WarningCode;
 
 /// Greatest factor of a normal map's directions.
 const MOST_NORMAL_SCALE: f64 = 1e6;
@@ -92,7 +93,7 @@ impl Import<'_> {
             }
             Some("BLEND") => AlphaMode::Blend,
             Some(_) => {
-                self.warnings.add(format!("{label}: unknown alphaMode; it was taken as opaque"));
+                self.warnings.add(WarningCode::Format, format!("{label}: unknown alphaMode; it was taken as opaque"));
                 AlphaMode::Opaque
             }
         };
@@ -106,7 +107,10 @@ impl Import<'_> {
         self.layers(extensions, label, &mut out)?;
         // What is unlit shows the base colour of the core model.
         if let Some(glossy) = extensions.specular_glossiness.as_ref().filter(|_| !out.unlit) {
-            self.warnings.add(format!("{label}: KHR_materials_pbrSpecularGlossiness was turned into metallic-roughness"));
+            self.warnings.add(
+                WarningCode::Conversion,
+                format!("{label}: KHR_materials_pbrSpecularGlossiness was turned into metallic-roughness"),
+            );
             self.specular_glossiness(glossy, label, &mut out)?;
         }
         Ok(out)
@@ -122,7 +126,10 @@ impl Import<'_> {
     /// Says what of a material is not read.
     fn warn_unread(&mut self, source: &Source, label: &str) {
         if source.occlusion_texture.is_some() {
-            self.warnings.add(format!("{label}: its occlusion map is ignored: what light can't reach is found by tracing"));
+            self.warnings.add(
+                WarningCode::Conversion,
+                format!("{label}: its occlusion map is ignored: what light can't reach is found by tracing"),
+            );
         }
     }
 
@@ -138,7 +145,10 @@ impl Import<'_> {
             return value;
         }
         if value < Physical::IOR[0] {
-            self.warnings.add(format!("{label}: an index of refraction of {} is not supported; 1.5 was taken", number(value)));
+            self.warnings.add(
+                WarningCode::Range,
+                format!("{label}: an index of refraction of {} is not supported; 1.5 was taken", number(value)),
+            );
             return 1.5;
         }
         self.warnings.clamped(value, Physical::IOR, label, "an index of refraction of")

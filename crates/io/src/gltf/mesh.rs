@@ -13,6 +13,7 @@ use super::texture::MOST_UV_SETS;
 use super::vertices::{Vertices, gathered, used_vertices};
 use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
+use crate::warning::WarningCode;
 
 impl<'a> Import<'a> {
     /// The triangles of one primitive; none with a warning when it has none.
@@ -36,7 +37,7 @@ impl<'a> Import<'a> {
             Some(mode) => return Err(Fault::input(format!("has the unknown mode {mode}"))),
         };
         let Some(positions) = self.attribute(primitive, "POSITION", &[3])? else {
-            self.warnings.add(format!("{place}: has no POSITION and was left out"));
+            self.warnings.add(WarningCode::Geometry, format!("{place}: has no POSITION and was left out"));
             return Ok(None);
         };
         let corners = self.corners(primitive, mode, positions.count())?;
@@ -74,7 +75,10 @@ impl<'a> Import<'a> {
         }
         let dropped = mesh_tools::drop_unusable(&mut data);
         if dropped > 0 {
-            self.warnings.add(format!("{place}: {dropped} triangles with vertices that are not finite were left out"));
+            self.warnings.add(
+                WarningCode::Geometry,
+                format!("{place}: {dropped} triangles with vertices that are not finite were left out"),
+            );
         }
         mesh_tools::mend_normals(&mut data);
         Ok(if data.indices.is_empty() { None } else { Some(data) })
@@ -145,7 +149,10 @@ impl<'a> Import<'a> {
             }
         }
         for set in missing.into_iter().filter(|set| material.uv_sets.contains(set)) {
-            self.warnings.add(format!("{place}: its material wants TEXCOORD_{set}, which it has not; (0, 0) was taken"));
+            self.warnings.add(
+                WarningCode::TextureCoordinates,
+                format!("{place}: its material wants TEXCOORD_{set}, which it has not; (0, 0) was taken"),
+            );
         }
         Ok(sets)
     }
@@ -182,7 +189,10 @@ impl<'a> Import<'a> {
         // Strips join their parts by triangles that use a vertex twice.
         out.retain(|[a, b, c]| a != b && b != c && c != a);
         if !matches!(mode, Mode::Strip | Mode::Fan) && length % 3 != 0 {
-            self.warnings.add(format!("{} indices left over after the last whole triangle were ignored", length % 3));
+            self.warnings.add(
+                WarningCode::Geometry,
+                format!("{} indices left over after the last whole triangle were ignored", length % 3),
+            );
         }
         Ok(out)
     }

@@ -54,6 +54,7 @@ use specular_glossiness::Bakery;
 use crate::folder::Folder;
 use crate::import::{Budget, Fault, Names, Outcome, Warnings, checked};
 use crate::waiting::{Waiting, drop_missing};
+use crate::warning::WarningCode;
 use crate::work::Work;
 use crate::{Error, Limits, Warning, uri};
 
@@ -216,7 +217,7 @@ impl Import<'_> {
             Some(time) => animation::at(time, self.document, &self.reader, &mut self.warnings)?,
             None if self.document.animations.is_empty() => HashMap::new(),
             None => {
-                self.warnings.add("has animations and is shown at rest; --at shows a moment of them");
+                self.warnings.add(WarningCode::AtRest, "has animations and is shown at rest; --at shows a moment of them");
                 HashMap::new()
             }
         };
@@ -228,18 +229,21 @@ impl Import<'_> {
             self.node(placed).map_err(|fault| fault.at(format_args!("nodes[{}]", placed.node)))?;
         }
         if self.thin > 0 {
-            self.warnings.add(format!("points and lines are ignored: {} of the primitives that are shown are such", self.thin));
+            self.warnings.add(
+                WarningCode::PointsAndLines,
+                format!("points and lines are ignored: {} of the primitives that are shown are such", self.thin),
+            );
         }
         let (waiting, work) = (core::mem::take(&mut self.waiting), &self.work);
         let report = waiting.decode(&mut self.scene.images, self.limits, &|| work.done(Work::IMAGE))?;
         for why in report.broken {
-            self.warnings.add(format!("{why}; the material's factor alone counts"));
+            self.warnings.add(WarningCode::Picture, format!("{why}; the material's factor alone counts"));
         }
-        report.remarks.into_iter().for_each(|remark| self.warnings.add(remark));
+        report.remarks.into_iter().for_each(|(code, remark)| self.warnings.add(code, remark));
         core::mem::take(&mut self.bakery).bake(&mut self.scene, &mut self.budget)?;
         drop_missing(&mut self.scene);
         if self.scene.objects.is_empty() {
-            self.warnings.add("the scene that is shown has no triangles: nothing to see");
+            self.warnings.add(WarningCode::NothingToSee, "the scene that is shown has no triangles: nothing to see");
         }
         let contents = choose::contents(self.document, &self.reader);
         Ok(Model { scene: checked(self.scene)?, warnings: self.warnings.finish(self.file.display()), contents })
@@ -258,7 +262,10 @@ impl Import<'_> {
     fn within_measure(&mut self, world: &DAffine3, place: impl Fn() -> String) -> bool {
         let within = world.to_cols_array().iter().all(|x| x.abs() <= FARTHEST);
         if !within {
-            self.warnings.add(format!("{}: its transform leads beyond every measure; what it carries was left out", place()));
+            self.warnings.add(
+                WarningCode::Geometry,
+                format!("{}: its transform leads beyond every measure; what it carries was left out", place()),
+            );
         }
         within
     }

@@ -9,6 +9,7 @@ use super::buffers::absent;
 use super::document::Document;
 use super::entries::Node;
 use crate::import::{Fault, Outcome, Warnings};
+use crate::warning::WarningCode;
 
 /// A node of the scene that is shown.
 #[derive(Clone, Copy, Debug)]
@@ -108,9 +109,12 @@ impl Walk<'_> {
             let key = (index, world.to_cols_array().map(f64::to_bits), visible);
             let again = self.shared[index].filter(|_| !self.met.insert(key));
             if again.is_some() {
-                warnings.add(format!("nodes[{index}]: is listed again where it is shown already; it is shown once"));
+                warnings.add(
+                    WarningCode::Format,
+                    format!("nodes[{index}]: is listed again where it is shown already; it is shown once"),
+                );
             } else if self.worlds[index].is_some() {
-                warnings.add(format!("nodes[{index}]: has more than one parent and is shown under each"));
+                warnings.add(WarningCode::Format, format!("nodes[{index}]: has more than one parent and is shown under each"));
             }
             // What is left out counts as what is shown: doubled again and again it is a mistake, whatever it would show.
             let new = again.unwrap_or(1);
@@ -161,14 +165,17 @@ fn orphans(document: &Document) -> Vec<usize> {
 fn roots(document: &Document, asked: Option<usize>, warnings: &mut Warnings) -> Outcome<Vec<usize>> {
     if document.scenes.is_empty() && document.scene.is_none() {
         if !document.nodes.is_empty() {
-            warnings.add("the file has no scene: all nodes without a parent are shown");
+            warnings.add(WarningCode::Choice, "the file has no scene: all nodes without a parent are shown");
         }
         return Ok(orphans(document));
     }
     let index = asked.unwrap_or(document.scene.unwrap_or(0) as usize);
     let scene = document.scenes.get(index).ok_or_else(|| absent("scenes", index, document.scenes.len()))?;
     if document.scenes.len() > 1 && asked.is_none() {
-        warnings.add(format!("of {} scenes, scenes[{index}] is shown; --scene chooses another", document.scenes.len()));
+        warnings.add(
+            WarningCode::Choice,
+            format!("of {} scenes, scenes[{index}] is shown; --scene chooses another", document.scenes.len()),
+        );
     }
     Ok(scene.nodes.iter().map(|&node| node as usize).collect())
 }
@@ -177,7 +184,10 @@ fn roots(document: &Document, asked: Option<usize>, warnings: &mut Warnings) -> 
 fn local(node: &Node, moved: Option<&Moved>, index: usize, warnings: &mut Warnings) -> DAffine3 {
     if let Some(m) = &node.matrix {
         if m[3] != 0.0 || m[7] != 0.0 || m[11] != 0.0 || m[15] != 1.0 {
-            warnings.add(format!("nodes[{index}]: the last row of its matrix is not 0 0 0 1; it was taken as such"));
+            warnings.add(
+                WarningCode::Format,
+                format!("nodes[{index}]: the last row of its matrix is not 0 0 0 1; it was taken as such"),
+            );
         }
         let column = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
         return DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) };
@@ -188,7 +198,10 @@ fn local(node: &Node, moved: Option<&Moved>, index: usize, warnings: &mut Warnin
     let length = quaternion.length();
     let rotation = if length > 0.0 && length.is_finite() { quaternion / length } else { DQuat::IDENTITY };
     if (length - 1.0).abs() > 1e-3 {
-        warnings.add(format!("nodes[{index}]: its rotation has length {length:.3}; it was taken as a unit quaternion"));
+        warnings.add(
+            WarningCode::Format,
+            format!("nodes[{index}]: its rotation has length {length:.3}; it was taken as a unit quaternion"),
+        );
     }
     DAffine3::from_scale_rotation_translation(
         moved(|moved| moved.scale).or(node.scale).map_or(DVec3::ONE, DVec3::from_array),

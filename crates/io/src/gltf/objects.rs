@@ -14,6 +14,7 @@ use super::nodes::Placed;
 use super::{Import, UsedMesh, mesh};
 use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
+use crate::warning::WarningCode;
 
 /// Places of instances in their node's space.
 struct Instances<'a> {
@@ -71,7 +72,10 @@ impl<'a> Import<'a> {
         }
         if met.len() < places.count {
             let again = places.count - met.len();
-            self.warnings.add(format!("nodes[{node}]: {again} of the instances lie where others lie; each is shown once"));
+            self.warnings.add(
+                WarningCode::Format,
+                format!("nodes[{node}]: {again} of the instances lie where others lie; each is shown once"),
+            );
         }
         Ok(distinct)
     }

@@ -16,6 +16,7 @@ use super::keys::{Keys, sampler};
 use crate::Limits;
 use crate::import::{Budget, Fault, Outcome, Warnings, shown};
 use crate::text::without_mark;
+use crate::warning::WarningCode;
 
 /// What kind of value a property is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,10 +31,12 @@ enum TargetKind {
 }
 
 /// Properties that are read, with `*` for the place in a list.
-const PROPERTIES: [(&str, TargetKind); 15] = [
+const PROPERTIES: [(&str, TargetKind); 17] = [
     ("nodes/*/extensions/KHR_node_visibility/visible", TargetKind::Switch),
     ("meshes/*/weights", TargetKind::List),
     ("cameras/*/perspective/yfov", TargetKind::Number),
+    ("cameras/*/perspective/aspectRatio", TargetKind::Number),
+    ("cameras/*/orthographic/xmag", TargetKind::Number),
     ("cameras/*/orthographic/ymag", TargetKind::Number),
     ("extensions/KHR_lights_punctual/lights/*/color", TargetKind::Vector(3)),
     ("extensions/KHR_lights_punctual/lights/*/intensity", TargetKind::Number),
@@ -125,7 +128,10 @@ pub(super) fn at(
     for (pointer, value) in values {
         match slot(&mut file, &pointer) {
             Some((holder, key)) => drop(holder.insert(key.to_owned(), value)),
-            None => warnings.add(format!("animations of `/{}` are ignored: there is no such property", shown(&pointer))),
+            None => warnings.add(
+                WarningCode::Animation,
+                format!("animations of `/{}` are ignored: there is no such property", shown(&pointer)),
+            ),
         }
     }
     document::parse(file.to_string().as_bytes(), limits, warnings).map(Some)
@@ -140,11 +146,14 @@ fn values(time: f64, reader: &Reader<'_>, warnings: &mut Warnings) -> Outcome<Ve
             let place = |fault: Fault| fault.at(format_args!("animations[{i}].channels[{j}]"));
             let path = pointer.strip_prefix('/').unwrap_or(pointer);
             let Some(kind) = kind(path) else {
-                warnings.add(format!("animations of `{}` are ignored", shown(pointer)));
+                warnings.add(WarningCode::Animation, format!("animations of `{}` are ignored", shown(pointer)));
                 continue;
             };
             if !known.insert(path) {
-                warnings.add(format!("several animations move `{}`: the first in the file is shown", shown(pointer)));
+                warnings.add(
+                    WarningCode::Choice,
+                    format!("several animations move `{}`: the first in the file is shown", shown(pointer)),
+                );
                 continue;
             }
             let sampler = sampler(animation, channel.sampler).map_err(place)?;

@@ -9,6 +9,7 @@ use super::Import;
 use super::buffers::absent;
 use super::entries::{Image, Sampler, Texture, TextureTransform, TextureUse};
 use crate::import::{Fault, Outcome, endurable};
+use crate::warning::WarningCode;
 use crate::{image_file, uri};
 
 /// Sets of texture coordinates that are read; the specification asks for two.
@@ -31,7 +32,7 @@ impl<'a> Import<'a> {
         let name = match endurable(self.named_texture(index, used_as))? {
             Ok(name) => name,
             Err(why) => {
-                self.warnings.add(format!("{why}; the material's factor alone counts"));
+                self.warnings.add(WarningCode::Picture, format!("{why}; the material's factor alone counts"));
                 None
             }
         };
@@ -39,16 +40,20 @@ impl<'a> Import<'a> {
         let transform = info.extensions.transform.as_ref();
         let uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
         if uv_set >= MOST_UV_SETS {
-            self.warnings
-                .add(format!("textures[{index}]: used with TEXCOORD_{uv_set}; sets from {MOST_UV_SETS} on are not read"));
+            self.warnings.add(
+                WarningCode::TextureCoordinates,
+                format!("textures[{index}]: used with TEXCOORD_{uv_set}; sets from {MOST_UV_SETS} on are not read"),
+            );
             return Ok(None);
         }
         let rows = transform.map(uv_rows);
         let (usable, within) =
             rows.map_or((None, true), |rows| (Some(rows), rows.as_flattened().iter().all(|x| x.abs() <= FARTHEST)));
         if !within {
-            self.warnings
-                .add(format!("textures[{index}]: a use's KHR_texture_transform leads beyond every measure; it is ignored"));
+            self.warnings.add(
+                WarningCode::Range,
+                format!("textures[{index}]: a use's KHR_texture_transform leads beyond every measure; it is ignored"),
+            );
         }
         Ok(Some(TextureRef {
             name,
@@ -78,7 +83,10 @@ impl<'a> Import<'a> {
             }
         }
         if source.sources().next().is_none() {
-            self.warnings.add(format!("textures[{index}]: has no source that is read; the material's factor alone counts"));
+            self.warnings.add(
+                WarningCode::Picture,
+                format!("textures[{index}]: has no source that is read; the material's factor alone counts"),
+            );
         }
         let name = image.map(|image| {
             let wish = source.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(&image);
@@ -130,7 +138,7 @@ impl<'a> Import<'a> {
                 Some(name)
             }
             Err(why) => {
-                self.warnings.add(format!("{why}; the material's factor alone counts"));
+                self.warnings.add(WarningCode::Picture, format!("{why}; the material's factor alone counts"));
                 None
             }
         };

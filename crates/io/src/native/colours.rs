@@ -7,7 +7,7 @@ use raywright_core::scene::{Material, Model};
 
 use super::node::{Node, Value};
 use crate::colour::parse_colour;
-use crate::error::Warning;
+use crate::warning::{Warning, WarningCode};
 
 /// Keys whose values are colours, besides those that end in `colour`.
 const KEYS: [&str; 9] = ["ambient", "emission", "even", "odd", "bottom", "top", "constant", "reflected_tint", "refracted_tint"];
@@ -50,7 +50,7 @@ pub(super) fn warnings(file: &str, scene: &Scene) -> Vec<Warning> {
                 "`{key}` of material `{name}` is [{red}, {green}, {blue}], many times the light that it gets; codes from 0 to 255 are \
                  written \"rgb({red}, {green}, {blue})\""
             );
-            Warning::new(file, message)
+            Warning::new(WarningCode::ColourCodes, file, message)
         })
     };
     scene.materials.iter().filter_map(warning).collect()

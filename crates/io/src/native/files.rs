@@ -10,12 +10,13 @@ use raywright_core::validate::{mesh_data, missing_uv_sets};
 
 use super::models::unread;
 use super::{Parsed, colours, models};
-use crate::error::{Error, Warning};
+use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
 use crate::image_file::{self, Decoded};
 use crate::import::{Budget, Fault, FaultKind};
 use crate::limits::Limits;
+use crate::warning::{Warning, WarningCode};
 use crate::{mesh_file, presets};
 
 /// Marks an image that the program carries.
@@ -36,7 +37,7 @@ pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> 
             Err(why) => {
                 let name = &parsed.scene.images[i].name;
                 let message = format!("image `{name}`: {why}; where it is used, the factor alone counts");
-                warnings.push(Warning::new(parsed.file, message));
+                warnings.push(Warning::new(WarningCode::Picture, parsed.file, message));
             }
         }
     }
@@ -49,7 +50,11 @@ pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> 
     for (i, data) in decoded {
         let Decoded { image, remarks, mended } = data.map_err(|fault| no_picture(parsed, i, &fault))?;
         let name = &parsed.scene.images[i].name;
-        warnings.extend(remarks.into_iter().map(|remark| Warning::new(parsed.file, format!("image `{name}` {remark}"))));
+        warnings.extend(
+            remarks
+                .into_iter()
+                .map(|remark| Warning::new(WarningCode::of_image(mended), parsed.file, format!("image `{name}` {remark}"))),
+        );
         (parsed.scene.images[i].data, parsed.scene.images[i].mended) = (Some(Arc::new(image)), mended);
     }
     for i in 0..parsed.scene.meshes.len() {

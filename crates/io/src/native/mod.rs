@@ -26,10 +26,11 @@ use self::de::{Context, Reader};
 use self::failure::{Failure, Step};
 use self::node::{Node, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::error::{Error, Warning};
+use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::limits::human_bytes;
 use crate::text::without_mark;
+use crate::warning::{Warning, WarningCode};
 
 /// Readings of one text at most: each finds one more failure that stands in the way of the rest.
 const READINGS: usize = 20;
@@ -64,7 +65,7 @@ impl Parsed<'_> {
     pub fn warning(&self, problem: &Problem) -> Warning {
         let before = places::span(&self.root, &problem.path).and_then(|span| self.text.get(..span.start)).unwrap_or_default();
         let line = before.matches('\n').count() + 1;
-        Warning::new(self.file, format!("line {line}, {}: {}", problem.path, problem.message))
+        Warning::new(WarningCode::TextureCoordinates, self.file, format!("line {line}, {}: {}", problem.path, problem.message))
     }
 }
 

@@ -10,7 +10,7 @@ use raywright_core::suggest::closest;
 use raywright_core::validate::FARTHEST;
 
 use super::Parsed;
-use crate::error::{Error, Warning};
+use crate::error::Error;
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
 use crate::gltf::Choice;
@@ -19,6 +19,7 @@ use crate::limits::Limits;
 use crate::model_file;
 use crate::source::Format;
 use crate::up::moved;
+use crate::warning::Warning;
 
 /// What is read once: a file, with the scene, variant and time that are meant of it.
 type Key = (String, Option<String>, Option<String>, Option<u64>);

@@ -22,6 +22,7 @@ use raywright_core::scene::{
 
 use super::texture::{Map, Textures};
 use crate::import::{Warnings, shown};
+use crate::warning::WarningCode;
 
 /// Perceptual roughness of the lobe that a Phong exponent describes: its α is √(2/(n+2)) (Walter, Marschner, Li, Torrance,
 /// "Microfacet Models for Refraction through Rough Surfaces", 2007), and roughness is √α.
@@ -149,7 +150,7 @@ fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     match source.unknown_param.get("Tr").and_then(|text| parsed(text)) {
         // Old exporters wrote Tr for d: nobody describes what can't be seen.
         Some(1.0) => {
-            warnings.add(format!("material `{}`: Tr 1 alone was taken as opaque", shown(&source.name)));
+            warnings.add(WarningCode::Choice, format!("material `{}`: Tr 1 alone was taken as opaque", shown(&source.name)));
             1.0
         }
         Some(transparency) => unit(1.0 - transparency),

@@ -21,6 +21,7 @@ use raywright_core::scene::{Material, Mesh, MeshData, MeshSource, Model, Object,
 use crate::folder::Folder;
 use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings, checked};
 use crate::text::refuse_foreign;
+use crate::warning::WarningCode;
 use crate::{Error, Limits, mesh_tools};
 
 use mesh::Part;
@@ -90,7 +91,7 @@ fn scene(
     for mut part in parts {
         let dropped = mesh_tools::drop_unusable(&mut part.data);
         if dropped > 0 {
-            warnings.add(format!("{dropped} triangles with vertices that are not finite were left out"));
+            warnings.add(WarningCode::Geometry, format!("{dropped} triangles with vertices that are not finite were left out"));
         }
         if part.data.indices.is_empty() {
             continue;
@@ -113,7 +114,7 @@ fn scene(
         });
     }
     if scene.objects.is_empty() {
-        warnings.add("the file has no triangles: nothing to see");
+        warnings.add(WarningCode::NothingToSee, "the file has no triangles: nothing to see");
     }
     Ok((checked(scene)?, warnings.finish(file.display())))
 }

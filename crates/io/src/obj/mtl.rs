@@ -11,6 +11,7 @@ use super::texture::Map;
 use crate::folder::{Folder, ReadError};
 use crate::import::{Fault, Outcome, Warnings, shown};
 use crate::text::{has_decimal_comma, number};
+use crate::warning::WarningCode;
 
 /// The materials of all libraries that an OBJ file names; of two of one name, the later counts.
 #[derive(Debug, Default)]
@@ -39,7 +40,7 @@ impl Library {
             Some(material) => Cow::Borrowed(material),
             None => {
                 if asked {
-                    warnings.add(format!("material `{}` is in no library; grey was taken", shown(name)));
+                    warnings.add(WarningCode::Material, format!("material `{}` is in no library; grey was taken", shown(name)));
                 }
                 Cow::Owned(tobj::Material::default())
             }
@@ -64,7 +65,9 @@ pub(super) fn load(names: &[String], folder: &Folder, warnings: &mut Warnings) -
             statements(&text).filter(names_image).for_each(|statement| folder.name(&Map::parse(statement.rest).path));
             match tobj::load_mtl_buf(&mut text.as_bytes()) {
                 Ok((materials, _)) => library.materials.extend(materials.into_iter().map(|m| (m.name.clone(), m))),
-                Err(error) => warnings.add(format!("material library `{}` was not read ({error})", shown(rest))),
+                Err(error) => {
+                    warnings.add(WarningCode::Material, format!("material library `{}` was not read ({error})", shown(rest)))
+                }
             }
         }
     }
@@ -85,7 +88,7 @@ fn files(rest: &str, folder: &Folder, warnings: &mut Warnings) -> Outcome<Vec<Ve
         Ok(bytes) => Ok(vec![bytes]),
         Err(ReadError::TooLarge(why)) => Err(Fault::limit(why)),
         Err(why) if words.len() < 2 => {
-            warnings.add(format!("material library: {why}"));
+            warnings.add(WarningCode::Material, format!("material library: {why}"));
             Ok(Vec::new())
         }
         Err(_) => {
@@ -94,7 +97,7 @@ fn files(rest: &str, folder: &Folder, warnings: &mut Warnings) -> Outcome<Vec<Ve
                 match folder.read(&relative(word)) {
                     Ok(bytes) => found.push(bytes),
                     Err(ReadError::TooLarge(why)) => return Err(Fault::limit(why)),
-                    Err(why) => warnings.add(format!("material library: {why}")),
+                    Err(why) => warnings.add(WarningCode::Material, format!("material library: {why}")),
                 }
             }
             Ok(found)
@@ -111,12 +114,15 @@ fn safe(text: &str, warnings: &mut Warnings) -> String {
                 out.push_str(&line);
                 out.push('\n');
             }
-            None => warnings.add(format!(
-                "material library, line {}: `{} {}` was not understood",
-                statement.line,
-                shown(statement.keyword),
-                shown(statement.rest)
-            )),
+            None => warnings.add(
+                WarningCode::Unsupported,
+                format!(
+                    "material library, line {}: `{} {}` was not understood",
+                    statement.line,
+                    shown(statement.keyword),
+                    shown(statement.rest)
+                ),
+            ),
         }
     }
     out

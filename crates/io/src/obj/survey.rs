@@ -12,6 +12,7 @@ use std::fmt::Write as _;
 use super::lines::{Statement, statements};
 use crate::import::{Budget, Fault, Outcome, Warnings, shown};
 use crate::text::{no_number, number};
+use crate::warning::WarningCode;
 
 /// Where a run's normals come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -108,7 +109,7 @@ pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -
     });
     let lost: Vec<String> = lost.collect();
     if !lost.is_empty() {
-        walk.warnings.add(lost.join("; "));
+        walk.warnings.add(WarningCode::Geometry, lost.join("; "));
     }
     let Walk { mut survey, faces, .. } = walk;
     for (i, faces) in faces.iter().enumerate() {
@@ -157,8 +158,8 @@ impl<'a> Walk<'_, 'a> {
             }
             "mtllib" => self.survey.libraries.push(statement.rest.to_owned()),
             "o" | "g" => {}
-            "l" | "p" => self.warnings.add("points and lines are ignored"),
-            other => self.warnings.add(format!("statements `{}` are ignored", shown(other))),
+            "l" | "p" => self.warnings.add(WarningCode::PointsAndLines, "points and lines are ignored"),
+            other => self.warnings.add(WarningCode::Unsupported, format!("statements `{}` are ignored", shown(other))),
         }
         Ok(())
     }
@@ -222,7 +223,7 @@ impl<'a> Walk<'_, 'a> {
             all.get_or_insert_with(first).faces += 1;
         }
         if corners.len() < 3 {
-            self.warnings.add("faces with fewer than three corners are ignored");
+            self.warnings.add(WarningCode::Geometry, "faces with fewer than three corners are ignored");
             return Ok(());
         }
         let textured = corners.iter().all(|corner| corner.texture.is_some());

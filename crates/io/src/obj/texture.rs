@@ -10,6 +10,7 @@ use crate::folder::Folder;
 use crate::import::{Budget, Fault, Names, Outcome, Warnings, endurable};
 use crate::text::number;
 use crate::waiting::Waiting;
+use crate::warning::WarningCode;
 use crate::{Limits, image_file};
 
 /// A texture statement taken apart.
@@ -154,12 +155,12 @@ impl<'f> Textures<'f> {
                     waiting.add(scene.images.len(), format!("`{path}`"), bytes.into());
                     scene.images.push(Image { name: path.clone(), path, data: None, mended: 0 });
                 }
-                Err(why) => warnings.add(warn(why)),
+                Err(why) => warnings.add(WarningCode::Picture, warn(why)),
             }
         }
         let report = waiting.decode(&mut scene.images, self.limits, &|| {})?;
-        report.broken.into_iter().for_each(|why| warnings.add(warn(why)));
-        report.remarks.into_iter().for_each(|remark| warnings.add(format!("texture: {remark}")));
+        report.broken.into_iter().for_each(|why| warnings.add(WarningCode::Picture, warn(why)));
+        report.remarks.into_iter().for_each(|(code, remark)| warnings.add(code, format!("texture: {remark}")));
         scene.images.retain(|image| image.data.is_some());
         self.images = scene.images.iter().map(|image| image.path.clone()).collect();
         Ok(())

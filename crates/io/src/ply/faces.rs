@@ -8,6 +8,7 @@ use super::values::Values;
 use super::vertices::{Colours, PlyVertices, channel, from_the_top};
 use crate::import::{Budget, Fault, Outcome, Warnings};
 use crate::polygon::Clipper;
+use crate::warning::WarningCode;
 
 /// What a property of a face is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,7 +174,7 @@ impl Faces {
         for (face, &arity) in self.arities.iter().enumerate() {
             let corners = self.corners.get(start..start + arity as usize).unwrap_or_default();
             if corners.len() < 3 {
-                warnings.add("faces with fewer than three corners are ignored");
+                warnings.add(WarningCode::Geometry, "faces with fewer than three corners are ignored");
             }
             clipper.claim(corners.len(), budget)?;
             budget.triangles(corners.len().saturating_sub(2))?;

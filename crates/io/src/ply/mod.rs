@@ -21,6 +21,7 @@ use std::path::Path;
 use crate::folder::Folder;
 use crate::import::{Budget, Imported, Outcome, Warnings, shown};
 use crate::text::without_mark;
+use crate::warning::WarningCode;
 use crate::{Error, Limits, obj};
 
 use faces::Faces;
@@ -55,21 +56,27 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
         }
     }
     if values.left() > 0 {
-        warnings.add(format!("{} bytes after the last element were ignored", values.left()));
+        warnings.add(WarningCode::Format, format!("{} bytes after the last element were ignored", values.left()));
     }
     if faces.is_empty() && !vertices.is_empty() {
-        warnings.add("has points and no faces; points are ignored");
+        warnings.add(WarningCode::PointsAndLines, "has points and no faces; points are ignored");
     }
     let (mapped, numbered) = (vertices.has_uvs() || faces.has_uvs(), faces.has_textures());
     let (mesh, numbers) = faces.mesh(vertices, &mut budget, &mut warnings)?;
     let mut images = header.images;
     if !mapped && !images.is_empty() {
-        warnings.add(format!("names {} and has no texture coordinates; none is shown", texture_names(&images)));
+        warnings.add(
+            WarningCode::TextureCoordinates,
+            format!("names {} and has no texture coordinates; none is shown", texture_names(&images)),
+        );
         images.clear();
     }
     if !numbered && images.len() > 1 {
         let others = texture_names(&images[1..]);
-        warnings.add(format!("its faces don't say which texture they show (texnumber): all show the first, none {others}"));
+        warnings.add(
+            WarningCode::Choice,
+            format!("its faces don't say which texture they show (texnumber): all show the first, none {others}"),
+        );
         images.truncate(1);
     }
     let parts = match images.len() {

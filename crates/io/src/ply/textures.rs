@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use raywright_core::scene::MeshData;
 
 use crate::import::{Budget, Outcome, Warnings};
+use crate::warning::WarningCode;
 
 /// The triangles of each image, and of none, with the vertices that they use. Images without a triangle and numbers without an image are said.
 ///
@@ -25,10 +26,13 @@ pub(super) fn split(
         groups.entry(image).or_default().push(triangle);
     }
     if strays > 0 {
-        warnings.add(format!("{strays} triangles have a texnumber beyond its {} images; they show none", images.len()));
+        warnings.add(
+            WarningCode::Picture,
+            format!("{strays} triangles have a texnumber beyond its {} images; they show none", images.len()),
+        );
     }
     for (i, image) in images.iter().enumerate().filter(|(i, _)| !groups.contains_key(&Some(*i))) {
-        warnings.add(format!("no face shows the texture {i}, `{}`", crate::import::shown(image)));
+        warnings.add(WarningCode::Choice, format!("no face shows the texture {i}, `{}`", crate::import::shown(image)));
     }
     let vertex = size_of::<[f32; 3]>() * 2 + size_of::<[f32; 2]>() + size_of::<[f32; 4]>() + 16;
     budget.memory(mesh.indices.len(), 3 * vertex + 2 * size_of::<[u32; 3]>())?;

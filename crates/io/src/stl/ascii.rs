@@ -7,6 +7,7 @@ use raywright_core::scene::MeshData;
 use crate::import::{Budget, Fault, Outcome, Warnings, shown};
 use crate::polygon::Clipper;
 use crate::text::{lines, no_number, number, without_mark};
+use crate::warning::WarningCode;
 
 /// What comes next.
 #[derive(Default)]
@@ -99,7 +100,7 @@ impl AsciiReader {
     fn end_loop(&mut self, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<()> {
         let before = self.positions.len();
         if self.corners.len() < 3 {
-            warnings.add("facets with fewer than three corners are ignored");
+            warnings.add(WarningCode::Geometry, "facets with fewer than three corners are ignored");
         } else {
             self.clipper.claim(self.corners.len(), budget)?;
             budget.triangles(self.corners.len() - 2)?;

@@ -5,6 +5,7 @@ use raywright_core::scene::MeshData;
 
 use crate::import::{Budget, Fault, Outcome, Warnings};
 use crate::mesh_tools::painted;
+use crate::warning::WarningCode;
 
 /// Bytes before the first facet.
 const HEAD: usize = 84;
@@ -43,7 +44,10 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, warnings: &mut Warnings) -
     }
     let beyond = rest.len() - count * FACET;
     if beyond > 0 {
-        warnings.add(format!("the file says that it has {count} facets; {beyond} bytes after them were ignored"));
+        warnings.add(
+            WarningCode::Format,
+            format!("the file says that it has {count} facets; {beyond} bytes after them were ignored"),
+        );
     }
     let facets = facets.get(..count).unwrap_or_default();
     budget.triangles(count)?;

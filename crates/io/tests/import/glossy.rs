@@ -28,7 +28,8 @@ fn furnace(material: &Value) -> [f64; 3] {
     scene.sky = Some(Sky::Constant(Colour::WHITE));
     let pose = Pose::LookAt { eye: [0.25, 0.25, 9.0], target: [0.25, 0.25, 5.0], up: [0.0, 1.0, 0.0] };
     let projection = Projection::Pinhole(Pinhole { vertical_fov: Some(1e-3), ..Pinhole::default() });
-    let camera = Camera { name: String::new(), pose, projection, aspect: None, pose_end: None, shutter: None };
+    let camera =
+        Camera { name: String::new(), pose, projection, aspect: None, fit: Default::default(), pose_end: None, shutter: None };
     let settings = Settings {
         camera: Some(camera),
         integrator: Integrator::Path,

@@ -13,7 +13,7 @@ use raywright_io::{Error, Inputs};
 use serde::Serialize;
 
 use self::display::{ChosenDisplay, DisplayReport};
-use crate::args::{CompareArgs, DisplayArgs};
+use crate::args::{CompareArgs, DisplayArgs, Exposure};
 use crate::console;
 use crate::failure::{Exit, Failure};
 use crate::table::{lay_out, short};
@@ -28,7 +28,8 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let (picture, reference) = (noise::read(&args.picture)?, noise::read(&args.reference)?);
     let names = [args.picture.as_path(), args.reference.as_path()];
     refuse_other_places(&picture.stored.picture, &reference.stored.picture, names)?;
-    let flags = DisplayArgs { exposure: args.exposure, tonemap: args.tonemap, gamma: args.gamma, quality: None };
+    let flags =
+        DisplayArgs { exposure: args.exposure.map(Exposure::Stops), tonemap: args.tonemap, gamma: args.gamma, quality: None };
     let all_given = args.exposure.is_some() && args.tonemap.is_some() && args.gamma.is_some();
     let shown = ChosenDisplay::of((|own| plan::shown(&flags, own), all_given), &picture, &reference);
     let display = shown.map(|shown| shown.display).unwrap_or_default();

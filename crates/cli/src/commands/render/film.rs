@@ -236,6 +236,11 @@ impl<'a> Session<'a> {
         &self.kept.film
     }
 
+    /// Shows the picture with another exposure.
+    pub fn show(&mut self, display: Display, metadata: Metadata) {
+        (self.kept.display, self.kept.metadata) = (display, metadata);
+    }
+
     /// What a file of it says.
     pub fn metadata(&self) -> &Metadata {
         &self.kept.metadata

@@ -79,8 +79,10 @@ fn note_prepared(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes:
 
 /// What a picture itself tells.
 fn note_rendered(loaded: &Loaded, rendered: &Rendered, plan: &Plan, targets: &[Target], notes: &mut Notes) {
-    tell::note_nothing_met(loaded, rendered, &plan.settings, notes);
-    tell::note_exposure(rendered, plan.display, targets, notes);
+    if let Some(why) = tell::nothing_met(loaded, rendered, &plan.settings) {
+        notes.warn(why);
+    }
+    tell::note_exposure(rendered, plan, targets, notes);
 }
 
 /// Whether the files of a picture hold what is asked for.

@@ -2,18 +2,19 @@
 
 use raywright_core::counters::{Counters, SampleLoss};
 use raywright_core::denoise::FEWEST_SAMPLES;
-use raywright_core::display::Display;
+use raywright_core::display::exposure::{Clipping, MOST_CLIPPED};
 use raywright_core::effects::EffectReport;
 use raywright_core::film::{Doubt, Estimate, Film, Uncertainty};
 use raywright_core::prepare::{ClosedGap, Lamp, LightLeak, ShutAway};
 use raywright_core::settings::{PrecisionChoice, Settings};
 use raywright_core::{Ready, Rendered, extent};
-use raywright_io::{Loaded, Warning};
+use raywright_io::{Loaded, Warning, WarningCode};
 
 use crate::clock::{Seconds, spoken};
 use crate::commands::explain;
 use crate::console::on_one_line;
 use crate::notes::Notes;
+use crate::plan::Plan;
 use crate::table::{lay_out, significant};
 use crate::targets::Target;
 use crate::{memory, origin};
@@ -39,7 +40,7 @@ pub(super) fn note_clamp(loaded: &mut Loaded, ready: &Ready, settings: &Settings
         "--clamp dims samples of paths alone, and none are followed".to_owned()
     };
     notes.warn(&message);
-    loaded.warnings.push(Warning { message });
+    loaded.warnings.push(Warning { code: WarningCode::Samples, message });
 }
 
 /// Objects that vanish without being left out.
@@ -76,7 +77,7 @@ pub(super) fn note_closed_gaps(loaded: &mut Loaded, ready: &Ready, settings: &Se
         significant(*resolved, 2)
     );
     notes.warn(&message);
-    loaded.warnings.push(Warning { message });
+    loaded.warnings.push(Warning { code: WarningCode::Precision, message });
 }
 
 /// Lamps so near behind an opaque object that their light shines through it.
@@ -96,7 +97,7 @@ pub(super) fn note_light_leaks(loaded: &mut Loaded, ready: &Ready, settings: &Se
         significant(*resolved, 2)
     );
     notes.warn(&message);
-    loaded.warnings.push(Warning { message });
+    loaded.warnings.push(Warning { code: WarningCode::Precision, message });
 }
 
 /// A light without size by its name, or by its place in the scene's list.
@@ -128,62 +129,47 @@ pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
              behind is missing; leave fewer such surfaces one behind the other"
         ),
     };
-    let warnings: Vec<Warning> = counters.losses().map(|loss| Warning { message: message(loss) }).collect();
+    let warnings: Vec<Warning> =
+        counters.losses().map(|loss| Warning { code: WarningCode::Samples, message: message(loss) }).collect();
     warnings.iter().for_each(|warning| notes.warn(&warning.message));
     warnings
 }
 
-/// A picture that shows the background alone is seldom what was meant.
-pub(super) fn note_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings, notes: &mut Notes) {
-    if rendered.counters.met > 0 {
-        return;
-    }
+/// Why a picture shows the background alone, where it does, which is seldom what was meant.
+pub(super) fn nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings) -> Option<String> {
     let bounds = extent(&loaded.scene, settings.precision).bounds;
-    if bounds.is_empty() {
-        return;
+    // Rays that ended too early met much.
+    if rendered.counters.met > 0 || rendered.counters.cut_short > 0 || bounds.is_empty() {
+        return None;
     }
     let show = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
-    notes.warn(format!(
+    Some(format!(
         "no camera ray met anything: the scene lies between {} and {}; turn the camera there with --eye and --target",
         show(bounds.min.to_array()),
         show(bounds.max.to_array())
-    ));
+    ))
 }
 
 /// What to try where more than a tenth of the pixels of a display picture is clipped, or black that is not so in the scene: the exposure
-/// that changes it, in whole stops.
-pub(super) fn note_exposure(rendered: &Rendered, display: Display, targets: &[Target], notes: &mut Notes) {
-    const LOOKED_AT: usize = 1 << 16;
-    if !targets.is_empty() && targets.iter().all(Target::has_layers) {
+/// that changes it, in whole stops. A fifth clipped is a picture that shows too little.
+pub(super) fn note_exposure(rendered: &Rendered, plan: &Plan, targets: &[Target], notes: &mut Notes) {
+    const BAD: f64 = 0.2;
+    if plan.is_exposed || (!targets.is_empty() && targets.iter().all(Target::has_layers)) {
         return;
     }
-    let rgb = &rendered.shown().rgb;
-    let pixels: Vec<[f32; 3]> = rgb.iter().step_by(rgb.len() / LOOKED_AT + 1).copied().collect();
-    let shares = |stops: f64| {
-        let map = Display { exposure_stops: stops, ..display }.prepare();
-        let codes = pixels.iter().map(|&pixel| (pixel, map.codes(pixel)));
-        let (mut clipped, mut black) = (0, 0);
-        for (pixel, codes) in codes {
-            clipped += usize::from(codes.contains(&255));
-            black += usize::from(codes == [0; 3] && pixel.iter().any(|&channel| channel > 0.0));
-        }
-        [clipped, black].map(|count| count as f64 / pixels.len().max(1) as f64)
-    };
-    let own = display.exposure_stops;
-    let [clipped, black] = shares(own);
-    let (what, share, which, step) = match (clipped > TOO_MANY, black > TOO_MANY) {
-        (false, false) => return,
-        (true, _) => ("clipped", clipped, 0, -1.0),
-        (false, true) => ("black", black, 1, 1.0),
-    };
-    let better = (1..=12).map(|steps| own + step * f64::from(steps)).find(|&stops| shares(stops)[which] <= TOO_MANY);
-    if let Some(stops) = better {
-        notes.hint(format!("{:.0} % of the pixels are {what}; try --exposure {stops}", 100.0 * share));
+    let Clipping { clipped, black } = plan.display.clipping(rendered.shown());
+    let (what, share) = if clipped > MOST_CLIPPED { ("clipped", clipped) } else { ("black", black) };
+    if share <= MOST_CLIPPED {
+        return;
     }
+    let advice = match plan.display.suitable_exposure(rendered.shown()) {
+        Some(stops) => format!("try --exposure {stops}, or auto"),
+        None if clipped > BAD => "no exposure up to 12 stops darker shows them".to_owned(),
+        None => return,
+    };
+    let message = format!("{:.0} % of the pixels are {what}; {advice}", 100.0 * share);
+    if clipped > BAD { notes.warn(message) } else { notes.hint(message) }
 }
-
-/// Share of a picture that is told.
-const TOO_MANY: f64 = 0.1;
 
 /// Lights of which nothing was seen; no warning, since who puts a lamp into a box may mean it.
 pub(super) fn note_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, notes: &mut Notes) {

@@ -80,11 +80,17 @@ pub(in crate::gltf) struct Camera {
 pub(in crate::gltf) struct Perspective {
     /// Radians from bottom to top.
     pub yfov: f32,
+    /// Width over height.
+    #[serde(default, rename = "aspectRatio")]
+    pub aspect_ratio: Option<f32>,
 }
 
 /// The size of an orthographic view.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Orthographic {
+    /// Half the width.
+    #[serde(default)]
+    pub xmag: f32,
     /// Half the height.
     pub ymag: f32,
 }

@@ -11,6 +11,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use raywright_core::denoise::DenoiseError;
+use raywright_core::display::Display;
 use raywright_core::film::Uncertainty;
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered, Scene, estimate};
@@ -31,7 +32,7 @@ use crate::stats::Stats;
 use crate::table::significant;
 use crate::targets::{Outputs, Target};
 use crate::threads::Threads;
-use crate::{interrupt, scene_input};
+use crate::{interrupt, origin, scene_input};
 use moment::Moment;
 use together::Together;
 
@@ -71,6 +72,10 @@ struct Series<'a> {
     description: [String; 2],
     /// The greatest error of all.
     error: Option<f64>,
+    /// The exposure of the scene's pictures, where the first of them chooses it.
+    exposure: Option<f64>,
+    /// Whether any picture of the scene shows anything.
+    shows: bool,
     /// How the first of the scenes that failed did.
     failed: Vec<Exit>,
     /// Why pictures do not reach the error that was asked for.
@@ -112,6 +117,7 @@ impl<'a> Series<'a> {
         let progress = Progress::start("rendering", task.progress, task.verbosity).of_pieces(count);
         let (names, failed, shortfalls, description) = (Vec::new(), Vec::new(), Vec::new(), Default::default());
         let (loaded, clear_of, finished, error, unkept) = (HashMap::new(), Inputs::default(), 0, None, None);
+        let (exposure, shows) = (None, false);
         let mut series = Self {
             task,
             clock,
@@ -129,6 +135,8 @@ impl<'a> Series<'a> {
             finished,
             description,
             error,
+            exposure,
+            shows,
             failed,
             shortfalls,
             unkept,
@@ -220,6 +228,7 @@ impl<'a> Series<'a> {
     /// Renders all pictures of a scene.
     fn render_scene(&mut self, scene: usize, notes: &mut Notes) -> Result<(), Failure> {
         let mut moment: Option<Moment> = None;
+        (self.exposure, self.shows) = (None, false);
         for (i, shot) in self.task.shots.iter().enumerate() {
             // What holds for one picture of a scene mostly holds for all.
             let mut silent = Notes::new(console::Verbosity::Quiet);
@@ -230,7 +239,12 @@ impl<'a> Series<'a> {
             };
             self.render_shot(scene * self.task.shots.len() + i, shot, moment.insert(now), notes)?;
         }
-        Ok(())
+        match moment {
+            Some(moment) if !self.shows && self.task.refuses_empty() => {
+                Err(scene_input::empty(&moment.loaded.source.name, "no picture shows any of it").with_hint(ALLOW_EMPTY))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// A scene at the moment of one of its pictures.
@@ -248,6 +262,9 @@ impl<'a> Series<'a> {
         if loaded.inputs != self.clear_of {
             self.outputs.keep_clear_of(&loaded.inputs)?;
             self.clear_of = loaded.inputs.clone();
+        }
+        if let Some(failure) = scene_input::nothing_to_see(&loaded).filter(|_| self.task.refuses_empty()) {
+            return Err(failure.with_hint(ALLOW_EMPTY));
         }
         scene_input::note_completed(&loaded, notes);
         Ok(Moment::new(loaded))
@@ -301,7 +318,14 @@ impl<'a> Series<'a> {
         taken: Taken<'_>,
         notes: &mut Notes,
     ) -> Result<(), Failure> {
-        let Taken { plan, session, rendered, noisy, mut seconds } = taken;
+        let Taken { mut plan, mut session, rendered, noisy, mut seconds } = taken;
+        if session.is_done() {
+            self.refuse_empty(loaded, &rendered, &plan)?;
+        }
+        if plan.is_exposed {
+            plan.display.exposure_stops = self.exposure_of(&rendered, plan.display);
+            session.show(plan.display, origin::metadata(loaded, &plan, &self.task.choices));
+        }
         let (task, targets) = (self.task, &self.targets[number]);
         let claimed = super::claimed(task, (ready, &rendered), noisy.as_ref());
         let metadata = super::metadata(task, &session, &rendered, claimed);
@@ -343,6 +367,21 @@ impl<'a> Series<'a> {
         Ok(())
     }
 
+    /// Refuses a picture that shows nothing before it is written, where it is the only one of its scene.
+    fn refuse_empty(&mut self, loaded: &Loaded, rendered: &Rendered, plan: &Plan) -> Result<(), Failure> {
+        let why = tell::nothing_met(loaded, rendered, &plan.settings);
+        self.shows |= why.is_none();
+        match why.filter(|_| self.task.shots.len() == 1 && self.task.refuses_empty()) {
+            Some(why) => Err(scene_input::empty(&loaded.source.name, why).with_hint(ALLOW_EMPTY)),
+            None => Ok(()),
+        }
+    }
+
+    /// The exposure that suits the scene's first picture.
+    fn exposure_of(&mut self, rendered: &Rendered, own: Display) -> f64 {
+        *self.exposure.get_or_insert_with(|| own.suitable_exposure(rendered.shown()).unwrap_or(own.exposure_stops))
+    }
+
     /// Whether all scenes were rendered, a film that was to be kept is, and an error that was asked for is reached.
     fn verdict(self) -> Result<(), Failure> {
         if let Some(error) = self.unkept {
@@ -369,6 +408,9 @@ fn ranges(names: &[Vec<String>]) -> Vec<String> {
     let range = |(first, last): (&String, &String)| if names.len() == 1 { first.clone() } else { format!("{first} to {last}") };
     first.iter().zip(last).map(range).collect()
 }
+
+/// What to do where nothing is to be seen.
+const ALLOW_EMPTY: &str = "--allow-empty writes a picture all the same";
 
 /// Bytes of scenes that are kept at most until it is their turn; the others are read once more then.
 const MOST_KEPT: u64 = 1 << 30;

@@ -1,0 +1,96 @@
+//! How much of a picture a display cannot tell apart, and the exposure that mends it.
+
+use super::Display;
+use crate::picture::{Picture, straight_colour};
+
+/// Shares of a picture's pixels, 0 to 1, that a display shows as what they are not.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clipping {
+    /// Pixels with a channel at its greatest code.
+    pub clipped: f64,
+    /// Pixels that are black and have light.
+    pub black: f64,
+}
+
+/// Share of a picture that may be clipped, or black with light in it, before another exposure is better.
+pub const MOST_CLIPPED: f64 = 0.1;
+
+/// Pixels that are looked at.
+const LOOKED_AT: usize = 1 << 16;
+/// Stops that are tried, up or down.
+const STOPS: i32 = 12;
+
+impl Display {
+    /// What of a picture is clipped or black, of at most 65,536 of its pixels; what has no coverage is left aside.
+    pub fn clipping(self, picture: &Picture) -> Clipping {
+        self.clipping_of(&colours(picture))
+    }
+
+    /// The exposure in whole stops, up to twelve from the own one, by which at most [`MOST_CLIPPED`] of a picture is clipped, or else black with
+    /// light in it; none where the own one does that, or none does.
+    pub fn suitable_exposure(self, picture: &Picture) -> Option<f64> {
+        let colours = colours(picture);
+        let share = |stops: f64| Self { exposure_stops: stops, ..self }.clipping_of(&colours);
+        let own = share(self.exposure_stops);
+        let (step, of): (f64, fn(Clipping) -> f64) = match own {
+            Clipping { clipped, .. } if clipped > MOST_CLIPPED => (-1.0, |share| share.clipped),
+            Clipping { black, .. } if black > MOST_CLIPPED => (1.0, |share| share.black),
+            _ => return None,
+        };
+        (1..=STOPS).map(|steps| self.exposure_stops + step * f64::from(steps)).find(|&stops| of(share(stops)) <= MOST_CLIPPED)
+    }
+
+    fn clipping_of(self, colours: &[[f32; 3]]) -> Clipping {
+        let map = self.prepare();
+        let (mut clipped, mut black) = (0, 0);
+        for &colour in colours {
+            let codes = map.codes(colour);
+            clipped += usize::from(codes.contains(&255));
+            black += usize::from(codes == [0; 3] && colour.iter().any(|&channel| channel > 0.0));
+        }
+        let [clipped, black] = [clipped, black].map(|count| count as f64 / colours.len().max(1) as f64);
+        Clipping { clipped, black }
+    }
+}
+
+/// Colours of pixels that show something, evenly over the picture.
+fn colours(picture: &Picture) -> Vec<[f32; 3]> {
+    let step = picture.rgb.len() / LOOKED_AT + 1;
+    let colour = |i: usize| match &picture.alpha {
+        Some(alpha) => (alpha[i] > 0.0).then(|| straight_colour(picture.rgb[i], alpha[i])),
+        None => Some(picture.rgb[i]),
+    };
+    (0..picture.rgb.len()).step_by(step).filter_map(colour).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(rgb: Vec<[f32; 3]>, alpha: Option<Vec<f32>>) -> Picture {
+        Picture { width: rgb.len() as u32, height: 1, rgb, alpha, layers: Vec::new(), window: None }
+    }
+
+    /// Protects: a picture that is too bright or too dark by n stops gets them back, one that is right keeps its own, and one that no
+    /// exposure mends gets none.
+    #[test]
+    fn exposures_undo_what_is_too_much() {
+        let display = Display::PLAIN;
+        let at = |level: f32| display.suitable_exposure(&picture(vec![[level; 3]; 100], None));
+        assert_eq!(at(0.5), None);
+        assert_eq!(at(3.9), Some(-2.0));
+        assert_eq!(at(1e-4), Some(1.0));
+        assert_eq!(Display { exposure_stops: 2.0, ..display }.suitable_exposure(&picture(vec![[1.5; 3]; 9], None)), Some(-1.0));
+        assert_eq!(at(f32::INFINITY), None);
+        assert_eq!(at(0.0), None);
+        assert_eq!(display.suitable_exposure(&picture(Vec::new(), None)), None);
+    }
+
+    /// Protects: what is not covered says nothing, and what is covered in part counts with the colour that it shows.
+    #[test]
+    fn empty_pixels_are_left_aside() {
+        let rgb = vec![[0.0; 3], [0.0; 3], [0.4; 3], [0.9; 3]];
+        let picture = picture(rgb, Some(vec![0.0, 0.0, 0.2, 1.0]));
+        assert_eq!(Display::PLAIN.clipping(&picture), Clipping { clipped: 0.5, black: 0.0 });
+    }
+}
