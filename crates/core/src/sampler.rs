@@ -218,6 +218,16 @@ mod tests {
         }
     }
 
+    /// Protects: no two pixels share a sequence, be they at the ends of the largest picture or one bit apart.
+    #[test]
+    fn m11_no_pixels_share_a_sequence() {
+        let ends = [0, 1, 65_534, 65_535];
+        let corners = ends.iter().flat_map(|&x| ends.map(|y| [x, y]));
+        let pixels: BTreeSet<[u32; 2]> = corners.chain((1..16).flat_map(|bit| [[1 << bit, 0], [0, 1 << bit]])).collect();
+        let scramble = |&pixel: &[u32; 2]| Sequence::of(Address { pixel, ..Address::default() }, Purpose::Pixel).scramble;
+        assert_eq!(pixels.iter().map(scramble).collect::<BTreeSet<_>>().len(), pixels.len());
+    }
+
     /// Protects: the vertices of a path that divides three ways at each of twelve vertices all have addresses of their own.
     #[test]
     fn branches_never_share_an_address() {

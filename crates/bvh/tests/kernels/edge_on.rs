@@ -154,7 +154,7 @@ fn flat(random: &mut Random, turn: usize) -> Flat {
 /// before its box begins, by a scan and by trees that have met no wall yet, and not by others. Found by a search; without the rule, some in a
 /// thousand of these rays differ.
 #[test]
-fn faces_in_the_plane_of_the_ray_are_met_alike() {
+fn p20_faces_in_the_plane_of_the_ray_are_met_alike() {
     let (random, mut hits) = (&mut Random(47), 0);
     for round in 0..GROUPS {
         let Flat { origin, directions, triangles } = flat(random, round % 3);

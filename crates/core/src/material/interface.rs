@@ -63,8 +63,8 @@ mod tests {
         Interface::new(DVec3::new((1.0 - cos * cos).sqrt(), -cos, 0.0), DVec3::Y, eta)
     }
 
-    /// Protects: reflectance at normal incidence, at Brewster's angle (parallel part zero), at grazing and beyond the
-    /// critical angle.
+    /// Protects: reflectance at normal incidence, at Brewster's angle (parallel part zero), at grazing, also between equal indices where the formula
+    /// is 0/0, and beyond the critical angle.
     #[test]
     fn s14_fresnel_known_values() {
         assert!((at(1.0, 1.0 / 1.5).fresnel() - 0.04).abs() < 1e-12);
@@ -72,6 +72,7 @@ mod tests {
         let perpendicular = ((1.0 - 1.5_f64 * 1.5) / (1.0 + 1.5 * 1.5)).powi(2);
         assert!((at(brewster, 1.0 / 1.5).fresnel() - 0.5 * perpendicular).abs() < 1e-12);
         assert_eq!(at(0.0, 1.0 / 1.5).fresnel(), 1.0);
+        assert_eq!([at(0.0, 1.0).fresnel(), fresnel::dielectric(0.0, Some(0.0), 1.0)], [1.0; 2]);
         assert_eq!(at(0.5, 1.5).fresnel(), 1.0);
         assert!(at(0.5, 1.5).refracted.is_none());
     }
