@@ -103,7 +103,7 @@ fn maps() -> [DAffine3; 4] {
 /// Protects: what an instance shows is met as by a scan of it, bit for bit, in every kernel, whatever the map: the ray is rounded
 /// once more there, and that must not lose it anything.
 #[test]
-fn instances_show_what_the_scan_finds() {
+fn t20_instances_show_what_the_scan_finds() {
     let mut all = 0;
     for ((name, mesh), balls) in families().into_iter().zip([true, false].into_iter().cycle()) {
         for (place, map) in maps().into_iter().enumerate() {

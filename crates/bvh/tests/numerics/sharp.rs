@@ -76,14 +76,14 @@ fn all_sides<R: Real>() {
 
 /// Protects: a start beside an edge lies on the side to which its ray leaves, however sharp a map makes the edge.
 #[test]
-fn starts_beside_edges_are_on_the_right_side() {
+fn s05_starts_beside_edges_are_on_the_right_side() {
     all_sides::<f32>();
     all_sides::<f64>();
 }
 
 /// Protects: the same without any map: the seams of a can and of cones, flat and pointed.
 #[test]
-fn starts_beside_seams_are_on_the_right_side() {
+fn s05_starts_beside_seams_are_on_the_right_side() {
     fn check<R: Real>() {
         for Edged { name, shape, height, edge, .. } in &edged::<R>() {
             judge(&format!("starts on the {name} in {}", std::any::type_name::<R>()), 421, 100_000, |random| {

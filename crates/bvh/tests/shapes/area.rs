@@ -79,7 +79,7 @@ fn samples_agree_with_lines() {
 /// Protects: the density of every drawn point, one by one and not in the mean: it is one over the area that a small square of the
 /// two numbers covers, plain and under a map. A ring that is drawn thickest where it is widest has the right mean, too.
 #[test]
-fn densities_are_those_of_small_squares() {
+fn m02_densities_are_those_of_small_squares() {
     const STEP: f64 = 1e-5;
     const POINTS: u32 = 2000;
     let random = &mut Random(9);
