@@ -207,7 +207,8 @@ fn file_limits_leave_nothing_behind() {
     }
 }
 
-/// Protects: a full disk ends a run with exit code 4, wherever the picture goes.
+/// Protects: a full disk ends a run with exit code 4, wherever the picture goes; a picture that was to be a file is kept beside the scene under a
+/// name that nothing has, or in the temporary folder.
 #[cfg(target_os = "linux")]
 #[test]
 fn full_disks_are_told() {
@@ -215,7 +216,16 @@ fn full_disks_are_told() {
     desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
     std::os::unix::fs::symlink("/dev/full", desk.path("full.png")).expect("a link");
     let render = ["render", "sky.scene.toml", "-q", "-s", "4x4", "--spp", "1", "-o"];
-    desk.run(&[&render[..], &["full.png"]].concat()).exits_with(4).says_like("the disk is full");
+    let full = [&render[..], &["full.png"]].concat();
+    desk.run(&full).exits_with(4).says_like("the disk is full").says_like("the picture is kept in").says_like("full-2.png");
+    assert!(desk.picture("full-2.png").rgb.len() == 16 && desk.path("full.png").is_symlink());
+    desk.run(&full).exits_with(4).says_like("full-3.png");
+    let temporary = desk.path("temporary");
+    fs::create_dir(&temporary).expect("a folder");
+    let preset = ["render", "preset:whitted", "-q", "-s", "4x4", "-o", "full.png"];
+    let run = desk.command(&preset).env("TMPDIR", &temporary).output().expect("the program starts");
+    assert_eq!(run.status.code(), Some(4), "{}", String::from_utf8_lossy(&run.stderr));
+    assert_eq!(desk.picture("temporary/full.png").rgb.len(), 16);
     let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
     let run = desk.command(&[&render[..], &["-"]].concat()).stdout(full).output().expect("the program starts");
     assert_eq!(run.status.code(), Some(4), "{}", String::from_utf8_lossy(&run.stderr));

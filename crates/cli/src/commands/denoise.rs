@@ -1,5 +1,6 @@
 //! `denoise`: the picture of a film, with less noise.
 
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use raywright_core::denoise::{DenoiseError, denoise};
@@ -40,7 +41,8 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let display = plan::shown_as_suits(&args.display, kept.display, rendered.shown());
     let noisy = kept.film.uncertainty();
     kept.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept.film);
-    let written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
+    let written =
+        write::write(&rendered, &targets, display, &kept.metadata, (&inputs, |path: &Path| outputs.leave_free(path, &inputs)))?;
     let mut notes = Notes::new(verbosity);
     tell::note_losses(&rendered.counters, &mut notes);
     let error =

@@ -39,7 +39,8 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let display = plan::shown_as_suits(&args.display, kept.display, rendered.shown());
     let noisy = kept.film.uncertainty();
     kept.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept.film);
-    let mut written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
+    let mut written =
+        write::write(&rendered, &targets, display, &kept.metadata, (&inputs, |path: &Path| outputs.leave_free(path, &inputs)))?;
     written.extend(args.checkpoint.as_ref().filter(|_| filmed.is_ok()).map(|path| write::shown(path)));
     let mut notes = Notes::new(verbosity);
     tell::note_losses(&rendered.counters, &mut notes);

@@ -1,35 +1,58 @@
 //! Where the pictures of `render` and `merge` go, finished or not.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use raywright_core::Rendered;
 use raywright_core::display::Display;
 use raywright_core::picture::Picture;
-use raywright_io::Error;
 use raywright_io::output::{self, Format, Metadata};
+use raywright_io::{Error, Inputs};
 
 use crate::console;
 use crate::failure::{Exit, Failure};
 use crate::ready::NOTHING_KEPT;
 use crate::targets::Target;
 
-/// Writes the picture everywhere it should go; the files that were written. One that can't be written does not keep the others away.
+/// Writes the picture everywhere it should go; the files that were written. One that can't be written does not keep the others away, and is kept
+/// beside the input or in the temporary folder, which the failure tells.
 pub fn write(
     rendered: &Rendered,
     targets: &[Target],
     display: Display,
     metadata: &Metadata,
-    is_free: impl Fn(&Path) -> bool,
+    (inputs, is_free): (&Inputs, impl Fn(&Path) -> bool),
 ) -> Result<Vec<String>, Failure> {
     let (mut written, mut failed) = (Vec::new(), None);
     for target in targets {
         match write_to(target, rendered, display, metadata, &is_free) {
             Ok(name) => written.extend(name),
-            Err(failure) => failed = failed.or(Some(failure)),
+            Err(failure) => {
+                let kept = target.path().and_then(|path| keep_elsewhere(path, rendered, display, metadata, (inputs, &is_free)));
+                let failure = match kept {
+                    Some(kept) => failure.with_hint(format_args!("the picture is kept in {}", shown(&kept))),
+                    None => failure,
+                };
+                failed = failed.or(Some(failure));
+            }
         }
     }
     failed.map_or(Ok(written), Err)
+}
+
+/// Writes a picture for which there was no place under its own name, where it replaces nothing: its file, where there is a place for it.
+fn keep_elsewhere(
+    path: &Path,
+    rendered: &Rendered,
+    display: Display,
+    metadata: &Metadata,
+    (inputs, is_free): (&Inputs, impl Fn(&Path) -> bool),
+) -> Option<PathBuf> {
+    let (name, picture) = (path.file_name()?, picture(rendered, Format::of(path).ok()?));
+    let beside = inputs.files().next().and_then(Path::parent).map(Path::to_owned);
+    let is_new = |other: &Path| other.symlink_metadata().is_err() && is_free(other);
+    let keep = |folder: PathBuf| output::write_unnamed_picture(&folder.join(name), &picture, display, metadata, is_new).ok();
+    beside.into_iter().chain([std::env::temp_dir()]).find_map(keep)
 }
 
 /// Writes the picture to one target; the file's name, where it is one.

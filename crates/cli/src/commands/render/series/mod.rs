@@ -336,7 +336,7 @@ impl<'a> Series<'a> {
             let of = (!task.is_single).then_some([self.finished, self.targets.len()]);
             return Err(session.explained(write::interrupted(kept, of)));
         }
-        let names = write::write(&rendered, targets, plan.display, &metadata, is_free)?;
+        let names = write::write(&rendered, targets, plan.display, &metadata, (&loaded.inputs, is_free))?;
         super::print_hash(task, &rendered, &names, caption)?;
         self.names.push(session.with_own(names));
         self.together.add(rendered.shown(), plan.display, caption)?;
