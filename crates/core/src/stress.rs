@@ -31,6 +31,7 @@ mod furnace;
 mod lamps;
 mod materials;
 mod meshes;
+mod ray_survey;
 mod rays;
 mod samples;
 mod stored;
@@ -45,7 +46,8 @@ use std::time::Instant;
 use aimed::{AimedRays, EdgeAim};
 pub(crate) use facts::SceneFacts;
 pub use finding::{CheckRun, Code, Finding, Severity, Subject};
-use rays::{PictureRays, RaySurvey};
+use ray_survey::RaySurvey;
+use rays::PictureRays;
 
 use crate::dispatch::{Ready, collapsed, extent, prepare};
 use crate::framing::{FIELD_OF_VIEW, Silhouette};

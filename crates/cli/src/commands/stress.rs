@@ -117,7 +117,7 @@ fn ending(report: &Report, denied: Severity, name: &str) -> Result<(), Failure> 
     match (count, denied) {
         (0, _) => Ok(()),
         (_, Severity::PictureWrong) => {
-            Err(Failure::new(Exit::Failed, format_args!("{name}: the picture is wrong by {}", findings(count))))
+            Err(Failure::new(Exit::Failed, format_args!("{name}: the picture is wrong, see {}", findings(count))))
         }
         _ => Err(Failure::new(Exit::Failed, format_args!("{name}: {count} of {} are denied", findings(all)))),
     }

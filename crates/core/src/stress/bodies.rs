@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::aimed::AimedRays;
 use super::facts::{Matter, SceneFacts, place};
 use super::finding::{Code, Finding, Severity, Subject};
-use super::rays::{RaySurvey, Sighting};
+use super::ray_survey::{RaySurvey, Sighting};
 use super::topology::Topology;
 use crate::prepare::{ClosedGap, Lamp, LightLeak};
 use crate::scene::{Object, Shape};
@@ -67,8 +67,8 @@ fn open_bodies(facts: &SceneFacts<'_>, topologies: &BTreeMap<usize, Topology>, s
         if edges_tell || is_endless || is_few {
             return None;
         }
-        let why = "rays go into a body of glass and do not come out of it, or the other way round: it is open";
-        let remedy = "close it (`caps`), or set `thin_walled` where it is to be a pane without an inside";
+        let why = "rays go into a body of glass and do not come out of it, or the other way round: it is open, and they are bent and tinted wrongly";
+        let remedy = "close it (a tube by `caps`), or set `thin_walled` where it is to be a pane without an inside";
         let finding = Finding::new(Code::OpenBody, Severity::PictureWrong, own.subject, why, remedy);
         Some(finding.counted(sighting.count, met, "rays").at(place(sighting.place)))
     };

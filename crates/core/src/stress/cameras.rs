@@ -5,7 +5,7 @@ use raywright_bvh::Aabb;
 
 use super::facts::{Matter, SceneFacts};
 use super::finding::{Code, Finding, Severity, Subject};
-use super::rays::RaySurvey;
+use super::ray_survey::RaySurvey;
 use crate::camera::{Camera as Prepared, axes};
 use crate::scene::{Camera, Fit, Projection, Shape};
 
@@ -53,7 +53,7 @@ pub(super) fn check(facts: &SceneFacts<'_>, views: &[View], seen: &[RaySurvey]) 
     let mut found = Vec::new();
     for (view, seen) in views.iter().zip(seen) {
         if seen.hits == 0 && !facts.objects.is_empty() {
-            let why = "no ray of it meets anything";
+            let why = "no ray of it meets anything: its picture shows the sky or nothing";
             let remedy = "turn it to the scene with --eye and --target, or leave it out: a scene without a camera is shown whole";
             found.push(Finding::new(Code::NothingSeen, Severity::PictureWrong, view.subject, why, remedy));
         }

@@ -55,7 +55,9 @@ fn misses(light: &Light, bounds: &Aabb) -> Option<String> {
     };
     let nearest = position.clamp(bounds.min, bounds.max).distance(position);
     if let Some(range) = range.filter(|range| *range <= nearest) {
-        return Some(format!("its range of {range} ends before anything: the nearest object is {nearest:.3} away"));
+        return Some(format!(
+            "its range of {range} ends before anything, so that it lights nothing: the nearest object is {nearest:.3} away"
+        ));
     }
     let LightKind::Spot { direction, outer_angle, .. } = light.kind else { return None };
     let way = centre - position;

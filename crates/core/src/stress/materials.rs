@@ -3,7 +3,7 @@
 use super::facts::{Matter, SceneFacts, place};
 use super::finding::{Code, Finding, Severity, Subject};
 use super::furnace::FurnaceResult;
-use super::rays::RaySurvey;
+use super::ray_survey::RaySurvey;
 use crate::scene::{AlphaMode, Model};
 use crate::settings::Settings;
 
@@ -45,7 +45,10 @@ pub(super) fn check(facts: &SceneFacts<'_>, settings: &Settings, seen: &RaySurve
 }
 
 fn energy(furnace: &FurnaceResult) -> Finding {
-    let why = format!("under even light it sends back {:.3} times what it gets", furnace.sent_back);
+    let sent_back = furnace.sent_back;
+    let why = format!(
+        "under even light it sends back {sent_back:.3} times what it gets: it glows, and between two of it light has no end"
+    );
     let remedy = "bring its colours, weights and factors to 1 at most";
     Finding::new(Code::EnergyMade, Severity::PictureWrong, Subject::Material(furnace.material), why, remedy).counted(
         furnace.samples,

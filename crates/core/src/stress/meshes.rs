@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::facts::{Matter, ObjectFacts, SceneFacts, place};
 use super::finding::{Code, Finding, Severity};
-use super::rays::{RaySurvey, Sightings};
+use super::ray_survey::{RaySurvey, Sightings};
 use super::topology::{Tally, Topology, TriangleCounts};
 use crate::scene::{MeshData, Model};
 
@@ -78,8 +78,8 @@ impl Shown<'_> {
         };
         let harmless = Severity::Harmless;
         let words = (
-            "triangles have no area: two corners are one, or all three lie on a line",
-            "nothing; remove them where the model is made",
+            "triangles have no area, so that no ray meets them: two corners are one, or all three lie on a line",
+            "nothing, or remove them where the model is made",
         );
         add(Code::DegenerateTriangles, harmless, first, counts.degenerate, words);
         let words = (
@@ -103,7 +103,7 @@ impl Shown<'_> {
         let Some(&facts) = passes.or(self.objects.first()).filter(|_| tally.count > 0) else { return };
         let (severity, why) = match passes {
             Some(_) => (Severity::PictureWrong, "triangles are there twice, and light that passes them is bent or dimmed twice"),
-            None => (Severity::Harmless, "triangles are there twice in one place"),
+            None => (Severity::Harmless, "triangles are there twice in one place; one of each two is never seen"),
         };
         let what = (tally, self.triangles(), "triangles");
         found.push(self.finding((Code::DuplicateTriangles, severity), facts, what, (why, "remove the copies")));
@@ -117,7 +117,9 @@ impl Shown<'_> {
         let severity = if seen.is_some() { Severity::PictureWrong } else { Severity::Harmless };
         let remedy = "close the body, or set `thin_walled` where it is to be a pane without an inside";
         let why = match severity {
-            Severity::PictureWrong => "a body of glass is open: light goes in and does not come out, or the other way round",
+            Severity::PictureWrong => {
+                "a body of glass is open: light goes in and does not come out, or the other way round, and is bent and tinted wrongly"
+            }
             _ => "a body of glass has open edges; no ray of the cameras has come through one",
         };
         if topology.open.count > 0 {

@@ -1,0 +1,112 @@
+//! What rays of a camera saw: how many of them, and where the first did, so that sums do not depend on the order of rays.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::finding::CheckRun;
+
+/// Rays that saw something, and where the first of them did.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sighting {
+    pub count: u64,
+    ray: u64,
+    pub place: DVec3,
+}
+
+/// Sightings by what they are of.
+pub(crate) type Sightings<K> = BTreeMap<K, Sighting>;
+
+pub(super) fn note<K: Ord>(sightings: &mut Sightings<K>, key: K, ray: u64, place: DVec3) {
+    merge(sightings, key, Sighting { count: 1, ray, place });
+}
+
+fn merge<K: Ord>(sightings: &mut Sightings<K>, key: K, other: Sighting) {
+    let known = sightings.entry(key).or_insert(Sighting { count: 0, ..other });
+    known.count += other.count;
+    if other.ray < known.ray {
+        (known.ray, known.place) = (other.ray, other.place);
+    }
+}
+
+/// What rays of a camera saw. Objects are named by their facts.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RaySurvey {
+    pub rays: u64,
+    pub planned: u64,
+    /// Rays that met anything.
+    pub hits: u64,
+    /// Rays on whose way an object is, and rays that see it first.
+    pub met: Sightings<usize>,
+    pub first: Sightings<usize>,
+    /// Rays that see it first from within.
+    pub first_within: Sightings<usize>,
+    /// Rays that leave a body once more often than they enter it, of a camera within.
+    pub within: Sightings<usize>,
+    /// Rays that enter a body and do not leave it, or leave it and did not enter it.
+    pub unbalanced: Sightings<usize>,
+    /// Bodies that rays enter within another one.
+    pub nested: Sightings<[usize; 2]>,
+    /// The first surface of a ray and the next one, where they are in one place and of two objects.
+    pub coincident: Sightings<[usize; 2]>,
+    /// Backs that the camera looks through.
+    pub backs: Sightings<usize>,
+    /// Vertex normals that point to the other side than what is hit.
+    pub against: Sightings<usize>,
+    pub starts: u64,
+    pub self_hits: Sightings<usize>,
+    pub beyond: Sightings<usize>,
+    /// Values of materials, by their places.
+    pub not_numbers: Sightings<usize>,
+    pub out_of_range: Sightings<usize>,
+}
+
+impl RaySurvey {
+    /// Adds what other rays saw.
+    #[must_use]
+    pub fn plus(mut self, other: Self) -> Self {
+        self.rays += other.rays;
+        self.planned += other.planned;
+        self.hits += other.hits;
+        self.starts += other.starts;
+        for (own, others) in [
+            (&mut self.met, other.met),
+            (&mut self.first, other.first),
+            (&mut self.first_within, other.first_within),
+            (&mut self.within, other.within),
+            (&mut self.unbalanced, other.unbalanced),
+            (&mut self.backs, other.backs),
+            (&mut self.against, other.against),
+            (&mut self.self_hits, other.self_hits),
+            (&mut self.beyond, other.beyond),
+            (&mut self.not_numbers, other.not_numbers),
+            (&mut self.out_of_range, other.out_of_range),
+        ] {
+            others.into_iter().for_each(|(key, sighting)| merge(own, key, sighting));
+        }
+        for (own, others) in [(&mut self.nested, other.nested), (&mut self.coincident, other.coincident)] {
+            others.into_iter().for_each(|(key, sighting)| merge(own, key, sighting));
+        }
+        self
+    }
+
+    /// How often something was seen.
+    pub fn count<K: Ord>(of: &Sightings<K>, key: &K) -> u64 {
+        of.get(key).map_or(0, |sighting| sighting.count)
+    }
+
+    /// Of a camera's rays, tells those of a camera within a body, which nearly all leave it, from those that came into it unseen.
+    pub(super) fn settle(&mut self) {
+        const NEARLY: f64 = 0.9;
+        let rays = self.rays as f64;
+        let (within, unseen) =
+            core::mem::take(&mut self.within).into_iter().partition(|(_, left)| left.count as f64 > NEARLY * rays);
+        self.within = within;
+        let unseen: Sightings<usize> = unseen;
+        unseen.into_iter().for_each(|(object, sighting)| merge(&mut self.unbalanced, object, sighting));
+    }
+
+    pub fn run(&self) -> CheckRun {
+        CheckRun { name: "rays of the cameras", looked_at: self.rays, unit: "rays", planned: self.planned }
+    }
+}
