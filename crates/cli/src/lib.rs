@@ -11,9 +11,12 @@
 //! assert!(Arguments::try_parse_from(["raywright", "render", "room.scene.toml", "--size", "64x36"]).is_ok());
 //! assert!(Arguments::try_parse_from(["raywright", "render", "--size", "64by36"]).is_err());
 //! ```
+//!
+//! [`embedded`] is for modules of other languages: the same words, with pictures and reports in memory instead of files.
 #![forbid(unsafe_code)]
 
 pub mod args;
+pub mod embedded;
 pub mod failure;
 
 mod beginning;
@@ -51,22 +54,26 @@ use failure::{Exit, Failure};
 
 /// The whole program: reads the command line, does what it says, reports, and returns the exit code.
 pub fn main() -> ExitCode {
+    main_with(std::env::args_os().collect()).into()
+}
+
+/// The same for a program that holds this one, whose own command line has other words before these. The first is a name.
+pub fn main_with(words: Vec<OsString>) -> Exit {
     panic::set_hook(Box::new(report_panic));
     interrupt::outlive_file_limits();
     beginning::watch_memory();
-    let exit = match panic::catch_unwind(AssertUnwindSafe(run)) {
+    origin::set_words(&words);
+    match panic::catch_unwind(AssertUnwindSafe(|| run(words))) {
         Ok(Ok(())) => Exit::Done,
         Ok(Err(failure)) => {
             console::tell(failure.message.trim_end());
             failure.exit
         }
         Err(_) => Exit::Failed,
-    };
-    exit.into()
+    }
 }
 
-fn run() -> Result<(), Failure> {
-    let words: Vec<OsString> = std::env::args_os().collect();
+fn run(words: Vec<OsString>) -> Result<(), Failure> {
     // What is wrong with the command line is coloured too.
     console::set_colour(words::colour(&words));
     match Arguments::try_parse_from(words::with_command(words)) {
@@ -74,12 +81,15 @@ fn run() -> Result<(), Failure> {
             console::set_colour(arguments.messages.color);
             commands::run(arguments.command, arguments.messages.verbosity())
         }
-        Err(error) if error.use_stderr() => {
-            let message = synonyms::explained(&error).unwrap_or_else(|| error.render().to_string());
-            Err(Failure { exit: Exit::Usage, message })
-        }
+        Err(error) if error.use_stderr() => Err(wrong_words(&error)),
         Err(help) => console::print(help.render().to_string()),
     }
+}
+
+/// What is wrong with the words, and what was probably meant.
+fn wrong_words(error: &clap::Error) -> Failure {
+    let message = synonyms::explained(error).unwrap_or_else(|| error.render().to_string());
+    Failure { exit: Exit::Usage, message }
 }
 
 /// The last resort: a bug shows itself in two lines instead of a trace, and once however many threads it strikes.

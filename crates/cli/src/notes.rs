@@ -98,6 +98,11 @@ impl Notes {
         }
     }
 
+    /// What was kept, for whoever says it elsewhere.
+    pub fn into_texts(self) -> Vec<String> {
+        self.kept.into_iter().map(|message| message.text).collect()
+    }
+
     /// Says what was kept in a line for each file with a problem, or in one where none has any.
     pub fn finish(&mut self) {
         if self.verbosity == Verbosity::Normal {

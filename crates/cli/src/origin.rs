@@ -1,5 +1,8 @@
 //! What a picture's file says about where it comes from: enough to make it again.
 
+use std::ffi::OsString;
+use std::sync::OnceLock;
+
 use raywright_core::bvh::AcceleratorKind;
 use raywright_core::display::Display;
 use raywright_core::film::{Estimate, Film, Uncertainty};
@@ -78,9 +81,22 @@ pub fn with_samples(settings: &str, samples: &str) -> String {
     format!("{plain} taken={}", quoted(samples))
 }
 
+/// The words of this run: those of the process, unless another program holds this one.
+static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Says which words this run has, the first of them a name.
+pub fn set_words(words: &[OsString]) {
+    WORDS.get_or_init(|| words.to_vec());
+}
+
 /// The command line as a shell would take it.
 pub fn command_line() -> String {
-    let arguments = std::env::args_os().skip(1).map(|argument| quoted(&argument.to_string_lossy()));
+    command_of(WORDS.get_or_init(|| std::env::args_os().collect()).get(1..).unwrap_or_default())
+}
+
+/// The command with these arguments.
+pub fn command_of(arguments: &[OsString]) -> String {
+    let arguments = arguments.iter().map(|argument| quoted(&argument.to_string_lossy()));
     std::iter::once("raywright".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 

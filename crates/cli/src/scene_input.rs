@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use raywright_core::Observer;
 use raywright_core::suggest::closest;
 use raywright_core::{Settings, extent};
 use raywright_io::{
@@ -28,9 +29,14 @@ pub fn read(name: &OsStr, options: &LoadOptions, notes: &mut Notes) -> Result<Lo
 
 /// Reads and checks a scene, and shows how far it has come where that takes a while.
 pub fn load(input: &Input, options: &LoadOptions, progress: &Progress) -> Result<Loaded, Failure> {
-    let loaded = load_observed(input, options, &Watch { progress: Some(progress), ..Watch::until(&AtomicBool::new(false)) });
+    let loaded = load_watched(input, options, &Watch { progress: Some(progress), ..Watch::until(&AtomicBool::new(false)) });
     progress.finish();
-    loaded.map_err(|error| explained(error, input).into())
+    loaded
+}
+
+/// The same for whoever looks on.
+pub fn load_watched(input: &Input, options: &LoadOptions, observer: &dyn Observer) -> Result<Loaded, Failure> {
+    load_observed(input, options, observer).map_err(|error| explained(error, input).into())
 }
 
 /// The scene that is meant where none is named.

@@ -6,6 +6,7 @@ mod queue;
 
 use core::marker::PhantomData;
 use core::ops::Range;
+use std::borrow::Cow;
 use std::sync::{Mutex, MutexGuard};
 
 use raywright_bvh::{Ray, Real};
@@ -62,6 +63,14 @@ impl Rendered {
     /// The picture that is to be looked at: the denoised one where there is one.
     pub fn shown(&self) -> &Picture {
         self.denoised().map_or(&self.picture, |denoised| &denoised.picture)
+    }
+
+    /// All numbers there are: the picture as it was sampled, with its layers and those of the denoised one.
+    pub fn all_layers(&self) -> Cow<'_, Picture> {
+        let Some(denoised) = self.denoised() else { return Cow::Borrowed(&self.picture) };
+        let mut all = self.picture.clone();
+        all.layers.extend(denoised.layers());
+        Cow::Owned(all)
     }
 }
 

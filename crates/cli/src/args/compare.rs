@@ -8,7 +8,7 @@ use raywright_core::scene::{ToneMap, TransferCurve};
 use super::{names, values};
 
 /// Arguments of `compare`.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Two .exr pictures are compared as linear radiance, anything else as display values; FLIP is about display values always.
 

@@ -1,10 +1,10 @@
 //! `explain`: which effects of a scene a render would simulate, which the scene has none of, and which are left out; and on
 //! which rungs of which ladders it would stand.
 
-use raywright_core::Settings;
 use raywright_core::accuracy::{EffectCosts, measure_effects};
 use raywright_core::effects::{EffectReport, Finding, Status, detect};
 use raywright_core::ladder::{CurrentRung, standings};
+use raywright_core::{Observer, Settings};
 use raywright_io::{Limits, Loaded, SourceInfo};
 use serde::Serialize;
 
@@ -27,27 +27,59 @@ pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut loaded = scene_input::read(&args.scene, &plan::options(&args.changes, None), &mut notes)?;
     scene_input::note_completed(&loaded, &mut notes);
     notes.finish();
-    let mut settings = Settings::of(&loaded.scene);
-    Choices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
-    let report = detect(&loaded.scene, &settings);
-    let ladders = standings(&loaded.scene, &settings, &report);
-    let costs = if args.measure { Some(measured(args, &loaded, &settings, verbosity)?) } else { None };
+    let found = Found::of(args, &mut loaded)?;
+    let costs = if args.measure { Some(measured(args, &loaded, &found.settings, verbosity)?) } else { None };
+    let Found { report, ladders, .. } = &found;
     console::print(match args.json {
-        true => json(&loaded, &report, &ladders, costs.as_ref()),
+        true => json(&loaded, &found, costs.as_ref()),
         false => {
-            text(&loaded.source, &report, verbosity == Verbosity::Verbose)
-                + &rungs(&ladders)
+            text(&loaded.source, report, verbosity == Verbosity::Verbose)
+                + &rungs(ladders)
                 + &costs.map(|costs| dear(&costs)).unwrap_or_default()
         }
     })
 }
 
+/// The report as JSON, for a scene in memory, on the thread pool that this is called from.
+pub fn embedded(args: &ExplainArgs, mut loaded: Loaded, observer: &dyn Observer) -> Result<String, Failure> {
+    let found = Found::of(args, &mut loaded)?;
+    let mut steps = Steps::start(Verbosity::Quiet);
+    let costs = args.measure.then(|| measured_by(args, &loaded, &found.settings, (observer, &mut steps))).transpose()?;
+    Ok(json(&loaded, &found, costs.as_ref()))
+}
+
+/// What a scene calls for, and where it stands.
+struct Found {
+    settings: Settings,
+    report: EffectReport,
+    ladders: Vec<CurrentRung>,
+}
+
+impl Found {
+    fn of(args: &ExplainArgs, loaded: &mut Loaded) -> Result<Self, Failure> {
+        let mut settings = Settings::of(&loaded.scene);
+        Choices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
+        let report = detect(&loaded.scene, &settings);
+        let ladders = standings(&loaded.scene, &settings, &report);
+        Ok(Self { settings, report, ladders })
+    }
+}
+
 /// What the effects cost, by rendering.
 fn measured(args: &ExplainArgs, loaded: &Loaded, settings: &Settings, verbosity: Verbosity) -> Result<EffectCosts, Failure> {
-    let settings = Settings { max_memory: Some(Limits::default().memory_bytes), ..settings.clone() };
     let watch = Watch::until(interrupt::flag()?);
     let mut steps = Steps::start(if args.json { Verbosity::Quiet } else { verbosity });
-    let costs = Threads::new(None)?.run(|| measure_effects(&loaded.scene, &settings, args.budget, &watch, &mut steps));
+    Threads::new(None)?.run(|| measured_by(args, loaded, settings, (&watch, &mut steps)))
+}
+
+fn measured_by(
+    args: &ExplainArgs,
+    loaded: &Loaded,
+    settings: &Settings,
+    (observer, steps): (&dyn Observer, &mut Steps),
+) -> Result<EffectCosts, Failure> {
+    let settings = Settings { max_memory: Some(Limits::default().memory_bytes), ..settings.clone() };
+    let costs = measure_effects(&loaded.scene, &settings, args.budget, observer, steps);
     costs.map_err(|error| failed(&loaded.source, error))
 }
 
@@ -83,7 +115,7 @@ struct Explanation<'a> {
     costs: Option<&'a EffectCosts>,
 }
 
-fn json(loaded: &Loaded, report: &EffectReport, ladders: &[CurrentRung], costs: Option<&EffectCosts>) -> String {
+fn json(loaded: &Loaded, Found { report, ladders, .. }: &Found, costs: Option<&EffectCosts>) -> String {
     console::json(&Explanation {
         format: FORMAT,
         scene: &loaded.source.name,

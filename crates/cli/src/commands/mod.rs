@@ -1,17 +1,17 @@
 //! One module a command: it takes its arguments apart, calls the libraries and prints what they return.
 
-mod accuracy;
+pub mod accuracy;
 mod bench;
 mod check;
-mod compare;
+pub mod compare;
 mod completions;
 mod denoise;
-mod explain;
+pub mod explain;
 mod info;
 mod man;
 mod merge;
 mod presets;
-mod render;
+pub mod render;
 mod stability;
 mod stress;
 mod thumbs;

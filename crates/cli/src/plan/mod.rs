@@ -5,13 +5,14 @@ mod rungs;
 mod shots;
 mod view;
 
+use std::cell::OnceCell;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use raywright_core::Settings;
 use raywright_core::display::Display;
-use raywright_core::framing::View;
+use raywright_core::framing::{Silhouette, View};
 use raywright_core::ladder::Ladder;
 use raywright_core::picture::Picture;
 use raywright_core::scene::{Camera, Scene};
@@ -191,6 +192,15 @@ impl Task {
         let Some((flag, _)) = flags.iter().find(|(_, given)| *given) else { return Ok(()) };
         let error = Error::usage(format_args!("{flag} is of one picture, and several are asked for"));
         Err(error.with_hint("leave it away, or render the pictures one by one").into())
+    }
+
+    /// Settles how one of the pictures of a scene is made; its silhouette is found where a camera is to show the whole of it.
+    pub fn settle_shot(&self, scene: &mut Scene, shot: &Shot, silhouette: &OnceCell<Silhouette>) -> Result<Plan, Failure> {
+        let view = shot.seen_from(|| silhouette.get_or_init(|| Silhouette::of(scene)));
+        self.settle(scene, view, |scene, view, fov, aspect| {
+            let silhouette = silhouette.get_or_init(|| Silhouette::of(scene));
+            silhouette.frame(view.unwrap_or_else(|| silhouette.front()), fov, aspect)
+        })
     }
 
     /// Settles how a picture of a scene from a view is made, and puts the scene on the rungs that were asked for. `framed` makes the camera

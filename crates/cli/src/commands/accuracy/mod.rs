@@ -8,9 +8,9 @@ mod text;
 
 use std::path::Path;
 
-use raywright_core::Settings;
-use raywright_core::accuracy::{Effort, Listener, MeasureError, Start, measure};
-use raywright_io::{EnvironmentSource, Error, GroundRule, output};
+use raywright_core::accuracy::{Effort, KeptReference, Listener, MeasureError, Report, Start, measure};
+use raywright_core::{Observer, Settings};
+use raywright_io::{EnvironmentSource, Error, GroundRule, LoadOptions, Loaded, output};
 
 use crate::args::values::Up;
 use crate::args::{AccuracyArgs, SceneArgs};
@@ -47,24 +47,13 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::note_completed(&loaded, &mut notes);
     notes.finish();
-    let mut settings = Settings::of(&loaded.scene);
-    settings.integrator = args.integrator.unwrap_or(settings.integrator);
-    choices.apply(&mut loaded.scene, &mut settings)?;
-    settings.max_memory = Some(limits.memory_bytes);
+    let settings = settled(args, &mut loaded, &options)?;
     let kept = args.reference.as_deref().map(|path| reference::read(path, &limits)).transpose()?.flatten();
     let identity = origin::identity(&loaded, &options, &choices);
     let start = Start { scene: &identity, reference: kept };
-    let effort = Effort { budget: args.budget, size: args.size, rounds: args.rounds };
     let watch = Watch::until(interrupt::flag()?);
     let mut steps = Steps::start(verbosity);
-    let measured = threads.run(|| measure(&loaded.scene, &settings, &effort, start, &watch, &mut steps));
-    let (report, kept) = measured.map_err(|error| match (error, &args.reference) {
-        (MeasureError::Reference(error), Some(path)) => reference::foreign(path, &error),
-        (MeasureError::Reference(error), None) => Error::usage(error).into(),
-        (MeasureError::Prepare(error), _) => failed(&loaded.source, error),
-        (error @ MeasureError::NoTime, _) => Failure::new(Exit::Failed, format_args!("{}: {error}", loaded.source.name))
-            .with_hint("a larger --budget, or a smaller --size"),
-    })?;
+    let (report, kept) = threads.run(|| measured(args, (&loaded, &settings), start, &watch, &mut steps))?;
     drop(steps);
     // A reference that can't be kept is no reason to give up what was measured with it.
     let wanted = args.reference.as_deref().filter(|_| !report.reference.kept && !watch.was_stopped());
@@ -89,6 +78,47 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
         return Err(Failure::new(Exit::Interrupted, "interrupted; the report has what was measured until then"));
     }
     referred
+}
+
+/// The figures as JSON, of a scene in memory, on the thread pool that this is called from.
+pub fn embedded(args: &AccuracyArgs, mut loaded: Loaded, command: String, observer: &dyn Observer) -> Result<String, Failure> {
+    if let Some(path) = args.output.iter().chain(&args.reference).next() {
+        return Err(Error::usage(format_args!("{}: figures are handed over here, and nothing is written", path.display())).into());
+    }
+    let options = plan::options(&args.changes, args.max_memory);
+    let settings = settled(args, &mut loaded, &options)?;
+    let identity = origin::identity(&loaded, &options, &Choices::from(&args.choices));
+    let start = Start { scene: &identity, reference: None };
+    let (report, _) = measured(args, (&loaded, &settings), start, observer, &mut Steps::start(Verbosity::Quiet))?;
+    let mut document = Document::new(&loaded, &asked(args), &settings, rayon::current_num_threads(), &report);
+    document.command = command;
+    Ok(console::json(&document))
+}
+
+/// How the scene is rendered that everything is compared with.
+fn settled(args: &AccuracyArgs, loaded: &mut Loaded, options: &LoadOptions) -> Result<Settings, Failure> {
+    let mut settings = Settings::of(&loaded.scene);
+    settings.integrator = args.integrator.unwrap_or(settings.integrator);
+    Choices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
+    settings.max_memory = Some(options.limits.memory_bytes);
+    Ok(settings)
+}
+
+fn measured(
+    args: &AccuracyArgs,
+    (loaded, settings): (&Loaded, &Settings),
+    start: Start<'_>,
+    observer: &dyn Observer,
+    steps: &mut Steps,
+) -> Result<(Report, KeptReference), Failure> {
+    let effort = Effort { budget: args.budget, size: args.size, rounds: args.rounds };
+    measure(&loaded.scene, settings, &effort, start, observer, steps).map_err(|error| match (error, &args.reference) {
+        (MeasureError::Reference(error), Some(path)) => reference::foreign(path, &error),
+        (MeasureError::Reference(error), None) => Error::usage(error).into(),
+        (MeasureError::Prepare(error), _) => failed(&loaded.source, error),
+        (error @ MeasureError::NoTime, _) => Failure::new(Exit::Failed, format_args!("{}: {error}", loaded.source.name))
+            .with_hint("a larger --budget, or a smaller --size"),
+    })
 }
 
 /// The flags that say what is measured, as `render` takes them.

@@ -3,7 +3,7 @@
 mod display;
 mod noise;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use raywright_core::display::Display;
 use raywright_core::metrics::{Comparison, CoverageErrors, Errors, NoiseVerdict, Side, compare, heat_map};
@@ -13,6 +13,7 @@ use raywright_io::{Error, Inputs};
 use serde::Serialize;
 
 use self::display::{ChosenDisplay, DisplayReport};
+pub use self::noise::Judged;
 use crate::args::{CompareArgs, DisplayArgs, Exposure};
 use crate::console;
 use crate::failure::{Exit, Failure};
@@ -25,48 +26,79 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &args.diff {
         check_difference_target(path, args)?;
     }
-    let (picture, reference) = (noise::read(&args.picture)?, noise::read(&args.reference)?);
-    let names = [args.picture.as_path(), args.reference.as_path()];
-    refuse_other_places(&picture.stored.picture, &reference.stored.picture, names)?;
-    let flags =
-        DisplayArgs { exposure: args.exposure.map(Exposure::Stops), tonemap: args.tonemap, gamma: args.gamma, quality: None };
-    let all_given = args.exposure.is_some() && args.tonemap.is_some() && args.gamma.is_some();
-    let shown = ChosenDisplay::of((|own| plan::shown(&flags, own), all_given), &picture, &reference);
-    let display = shown.map(|shown| shown.display).unwrap_or_default();
-    let verdict = args.noise.then(|| noise::judge(&picture, &reference, names, args.level)).transpose()?;
-    let comparison = compare(side(&picture.stored), side(&reference.stored), display)
-        .map_err(|cause| Error::input(format_args!("{} and {}", args.picture.display(), args.reference.display()), cause))?;
+    let pair = [noise::read(&args.picture)?, noise::read(&args.reference)?];
+    let judgement = Judgement::of(args, &pair)?;
     if let Some(path) = &args.diff {
-        write_difference(path, &comparison)?;
+        write_difference(path, &judgement.comparison)?;
     }
-    let mut beyond = beyond(args, &comparison);
-    beyond.extend(
-        verdict.as_ref().filter(|verdict| verdict.beyond > 0).map(|verdict| format!("noise: {}", noise::described(verdict))),
-    );
-    let windows = [&picture, &reference].map(|judged| judged.stored.picture.window);
-    console::print(if args.json {
-        let display = shown.map(|shown| shown.report());
-        let noise = verdict.as_ref();
-        console::json(&ComparisonReport {
-            format: FORMAT,
-            comparison: &comparison,
-            display,
-            windows,
-            noise,
-            beyond_thresholds: &beyond,
-        })
-    } else {
-        let names = names.map(|name| name.display().to_string());
-        let shown = shown.map(|shown| shown.described(names.each_ref().map(String::as_str)));
-        text(&comparison, [place(windows), shown, verdict.as_ref().map(noise::described)].map(Option::unwrap_or_default))
-    })?;
-    match beyond.is_empty() {
-        true => Ok(()),
-        false => Err(Failure::new(
+    console::print(if args.json { judgement.json(&pair) } else { judgement.text(args, &pair) })?;
+    match judgement.beyond.as_slice() {
+        [] => Ok(()),
+        beyond => Err(Failure::new(
             Exit::Failed,
             format_args!("{} differs from {}: {}", args.picture.display(), args.reference.display(), beyond.join("; ")),
         )),
     }
+}
+
+/// The comparison as JSON, of pictures in memory with these names; what is beyond a threshold is in it, and no failure.
+pub fn embedded(args: &CompareArgs, [picture, reference]: [PathBuf; 2], pair: &[Judged; 2]) -> Result<String, Failure> {
+    if args.diff.is_some() {
+        return Err(Error::usage("--diff writes a picture, and the comparison is handed over here").into());
+    }
+    let args = CompareArgs { picture, reference, ..args.clone() };
+    Ok(Judgement::of(&args, pair)?.json(pair))
+}
+
+/// What there is to say of two pictures.
+struct Judgement {
+    comparison: Comparison,
+    shown: Option<ChosenDisplay>,
+    verdict: Option<NoiseVerdict>,
+    /// What lies beyond a threshold.
+    beyond: Vec<String>,
+}
+
+impl Judgement {
+    fn of(args: &CompareArgs, pair: &[Judged; 2]) -> Result<Self, Failure> {
+        let ([picture, reference], names) = (pair, [args.picture.as_path(), args.reference.as_path()]);
+        refuse_other_places(&picture.stored.picture, &reference.stored.picture, names)?;
+        let exposure = args.exposure.map(Exposure::Stops);
+        let flags = DisplayArgs { exposure, tonemap: args.tonemap, gamma: args.gamma, quality: None };
+        let all_given = args.exposure.is_some() && args.tonemap.is_some() && args.gamma.is_some();
+        let shown = ChosenDisplay::of((|own| plan::shown(&flags, own), all_given), picture, reference);
+        let display = shown.map(|shown| shown.display).unwrap_or_default();
+        let verdict = args.noise.then(|| noise::judge(picture, reference, names, args.level)).transpose()?;
+        let comparison = compare(side(&picture.stored), side(&reference.stored), display)
+            .map_err(|cause| Error::input(format_args!("{} and {}", names[0].display(), names[1].display()), cause))?;
+        let mut beyond = beyond(args, &comparison);
+        beyond.extend(
+            verdict.as_ref().filter(|verdict| verdict.beyond > 0).map(|verdict| format!("noise: {}", noise::described(verdict))),
+        );
+        Ok(Self { comparison, shown, verdict, beyond })
+    }
+
+    fn json(&self, pair: &[Judged; 2]) -> String {
+        console::json(&ComparisonReport {
+            format: FORMAT,
+            comparison: &self.comparison,
+            display: self.shown.map(|shown| shown.report()),
+            windows: windows(pair),
+            noise: self.verdict.as_ref(),
+            beyond_thresholds: &self.beyond,
+        })
+    }
+
+    fn text(&self, args: &CompareArgs, pair: &[Judged; 2]) -> String {
+        let names = [&args.picture, &args.reference].map(|name| name.display().to_string());
+        let shown = self.shown.map(|shown| shown.described(names.each_ref().map(String::as_str)));
+        let parts = [place(windows(pair)), shown, self.verdict.as_ref().map(noise::described)];
+        text(&self.comparison, parts.map(Option::unwrap_or_default))
+    }
+}
+
+fn windows(pair: &[Judged; 2]) -> [Option<DataWindow>; 2] {
+    pair.each_ref().map(|judged| judged.stored.picture.window)
 }
 
 fn check_difference_target(path: &Path, args: &CompareArgs) -> Result<(), Failure> {

@@ -5,7 +5,7 @@ use std::path::Path;
 use raywright_core::display::Display;
 use raywright_core::metrics::{NoiseVerdict, NoisyPicture};
 use raywright_core::picture::{Encoding, Picture};
-use raywright_io::output::{KeptFilm, StoredPicture, read_film, read_picture};
+use raywright_io::output::{KeptFilm, Metadata, StoredPicture, read_film, read_picture};
 use raywright_io::{Error, Limits};
 
 use crate::args::names;
@@ -14,6 +14,7 @@ use crate::table::{short, significant};
 
 /// A picture as `compare` takes it.
 pub struct Judged {
+    /// Its numbers.
     pub stored: StoredPicture,
     /// How its file says that it is shown.
     pub display: Option<Display>,
@@ -45,8 +46,14 @@ pub fn read(path: &Path) -> Result<Judged, Failure> {
         let error = Error::input(path.display(), "it has no colour channels R, G, B");
         return Err(error.with_hint(format!("its channels: {channels}")).into());
     }
-    let errors = layer(&stored.picture).map(|errors| (errors, freedom(&stored)));
-    Ok(Judged { display: told(&stored), stored, errors })
+    let metadata = stored.metadata();
+    let errors = errors(&stored.picture, &metadata);
+    Ok(Judged { display: told(&metadata), stored, errors })
+}
+
+/// The standard errors that a picture brings.
+fn errors(picture: &Picture, metadata: &Metadata) -> Option<(Vec<[f32; 3]>, f64)> {
+    layer(picture).map(|errors| (errors, freedom(metadata)))
 }
 
 fn layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
@@ -57,15 +64,13 @@ fn layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
 
 /// Degrees of freedom of a picture's standard errors, by the samples that it says it has: from 64 on, and where it was denoised, there are four
 /// replicates, below two. Of another program's nothing is known, and the least is taken.
-fn freedom(stored: &StoredPicture) -> f64 {
-    let metadata = stored.metadata();
+fn freedom(metadata: &Metadata) -> f64 {
     let many = metadata.setting("samples").and_then(|samples| samples.parse::<u32>().ok()).is_some_and(|samples| samples >= 64);
     if many || metadata.setting("reconstruction").is_some() { 3.0 } else { 1.0 }
 }
 
 /// The display that a picture's file says it is shown by, or was.
-fn told(stored: &StoredPicture) -> Option<Display> {
-    let metadata = stored.metadata();
+fn told(metadata: &Metadata) -> Option<Display> {
     Some(Display {
         tone_map: names::parse(metadata.setting("tone_map")?).ok()?,
         curve: names::parse(metadata.setting("gamma")?).ok()?,
@@ -75,6 +80,23 @@ fn told(stored: &StoredPicture) -> Option<Display> {
 }
 
 impl Judged {
+    /// What a file of its name holds.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        read(path)
+    }
+
+    /// A picture in memory, with what a file of it would say.
+    pub fn of(picture: &Picture, display: Display, metadata: &Metadata) -> Self {
+        let stored = StoredPicture {
+            notation: "memory",
+            picture: picture.clone(),
+            encoding: Encoding::Linear,
+            has_colour: true,
+            texts: Default::default(),
+        };
+        Self { errors: errors(picture, metadata), display: Some(display), stored }
+    }
+
     fn noisy(&self) -> NoisyPicture<'_> {
         let Picture { width, height, rgb, .. } = &self.stored.picture;
         let (standard_errors, freedom) = match &self.errors {

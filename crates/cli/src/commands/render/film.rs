@@ -276,7 +276,7 @@ impl<'a> Session<'a> {
 }
 
 /// Samples of each pixel of a part, in words: `16 samples`, `12 to 16 of 64 samples`.
-fn samples(film: &Film, part: &Part) -> String {
+pub fn samples(film: &Film, part: &Part) -> String {
     let (there, all) = (film.samples(part), film.asked());
     let (least, most) = (*there.start(), *there.end());
     let Some(all) = all else {

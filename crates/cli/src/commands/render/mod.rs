@@ -1,6 +1,7 @@
 //! `render`: a scene becomes pictures.
 
 pub mod film;
+pub mod picture;
 mod series;
 pub mod tell;
 pub mod write;

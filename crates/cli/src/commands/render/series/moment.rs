@@ -29,18 +29,9 @@ impl Moment {
         Self { loaded, silhouette: OnceCell::new(), ready: None }
     }
 
-    fn silhouette(&self) -> &Silhouette {
-        self.silhouette.get_or_init(|| Silhouette::of(&self.loaded.scene))
-    }
-
     /// How a picture of it is made.
     pub fn settle(&mut self, task: &Task, shot: &Shot) -> Result<Plan, Failure> {
-        let view = shot.seen_from(|| self.silhouette());
-        let Self { loaded, silhouette, .. } = self;
-        task.settle(&mut loaded.scene, view, |scene, view, fov, aspect| {
-            let silhouette = silhouette.get_or_init(|| Silhouette::of(scene));
-            silhouette.frame(view.unwrap_or_else(|| silhouette.front()), fov, aspect)
-        })
+        task.settle_shot(&mut self.loaded.scene, shot, &self.silhouette)
     }
 
     /// Makes it ready for a picture, by turning the camera alone where that is all that changed.
