@@ -3,7 +3,8 @@
 #
 #   dist/build.sh [FOLDER]     # default: target/dist
 #
-# Needs a Rust toolchain, Python 3 and tar. On Linux the program is tried in a root folder that holds nothing else.
+# Needs a Rust toolchain, Python 3 and tar. On Linux the program is tried in a root folder that holds nothing else. Where maturin is installed,
+# the wheel for Python is made too.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=${1:-target/dist}
@@ -47,3 +48,6 @@ fi
 tar -C "$folder" -czf "$folder/$name.tar.gz" "$name"
 sum=$(command -v sha256sum || echo "shasum -a 256")
 (cd "$folder" && $sum "$name.tar.gz" >"$name.tar.gz.sha256" && cat "$name.tar.gz.sha256")
+if command -v maturin >/dev/null; then
+    maturin build --release --locked -m crates/python/Cargo.toml -o "$folder"
+fi

@@ -1,0 +1,30 @@
+//! Failures as exceptions: one class for each of the program's exit codes, with its message.
+
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+use raywright_cli::failure::{Exit, Failure};
+
+/// The exception of a failure.
+pub fn raised(py: Python<'_>, Failure { exit, message }: Failure) -> PyErr {
+    let name = match exit {
+        Exit::Usage => "UsageError",
+        Exit::Input => "InputError",
+        Exit::File => "FileError",
+        Exit::Limit => "LimitError",
+        Exit::Interrupted => return PyKeyboardInterrupt::new_err(()),
+        Exit::Done | Exit::Failed | Exit::Unreached => "Error",
+    };
+    let message = message.strip_prefix("error: ").unwrap_or(&message).trim_end().to_owned();
+    let class =
+        py.import("raywright._errors").and_then(|module| module.getattr(name)?.cast_into::<PyType>().map_err(PyErr::from));
+    match class {
+        Ok(class) => PyErr::from_type(class, message),
+        Err(error) => error,
+    }
+}
+
+/// What is wrong with an array that was given.
+pub fn unfit(message: impl std::fmt::Display) -> Failure {
+    Failure::new(Exit::Input, message)
+}

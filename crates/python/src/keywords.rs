@@ -1,0 +1,46 @@
+//! From keywords to the words of the command line: `max_error=.05` is `--max-error=0.05`.
+
+use std::ffi::OsString;
+
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyList, PyTuple};
+
+/// Flags that are called something else here: by what they hold, and where Python has the name already.
+const RENAMED: [(&str, &str); 3] = [("layers", "aov"), ("rungs", "rung"), ("model_scene", "scene")];
+
+/// The words of keywords, in their order. None and False leave a flag out, True is the flag alone, a dict one flag for each entry, a list
+/// its parts with commas between, or of a size with an x.
+pub fn words(keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<OsString>> {
+    let mut words = Vec::new();
+    for (name, value) in keywords.into_iter().flatten() {
+        let name: String = name.extract()?;
+        let flag = RENAMED.iter().find(|(own, _)| *own == name).map_or(name.as_str(), |(_, flag)| flag).replace('_', "-");
+        if value.is_none() {
+            continue;
+        }
+        if let Ok(switch) = value.cast::<PyBool>() {
+            words.extend(switch.is_true().then(|| format!("--{flag}").into()));
+        } else if let Ok(entries) = value.cast::<PyDict>() {
+            for (key, value) in entries {
+                words.push(format!("--{flag}={}={}", key.str()?, value.str()?).into());
+            }
+        } else {
+            let mut word = OsString::from(format!("--{flag}="));
+            word.push(text(&value, if flag == "size" { "x" } else { "," })?);
+            words.push(word);
+        }
+    }
+    Ok(words)
+}
+
+/// A value as it is typed.
+fn text(value: &Bound<'_, PyAny>, separator: &str) -> PyResult<OsString> {
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let parts = value.try_iter()?.map(|part| Ok(part?.str()?.to_string())).collect::<PyResult<Vec<_>>>()?;
+        return Ok(parts.join(separator).into());
+    }
+    match value.call_method0("__fspath__") {
+        Ok(path) => path.extract(),
+        Err(_) => Ok(value.str()?.to_string().into()),
+    }
+}

@@ -1,0 +1,189 @@
+//! Scenes: read once, rendered and reported of as often as wanted.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raywright_cli::embedded::{Judged, Request, load};
+use raywright_cli::failure::Failure;
+use raywright_core::Observer;
+use raywright_io::{Input, LoadOptions, Loaded};
+
+use crate::failure::raised;
+use crate::keywords::words;
+use crate::picture::Picture;
+use crate::work;
+
+/// A scene or model that was read and found right.
+#[pyclass(frozen, module = "raywright")]
+pub struct Scene(Arc<Source>);
+
+/// Where a scene comes from, and what was read last.
+struct Source {
+    input: Input,
+    /// The words that every request begins with.
+    words: Vec<OsString>,
+    latest: Mutex<Option<(LoadOptions, Arc<Loaded>)>>,
+}
+
+impl Source {
+    /// The scene as these options read it: at another moment it is read again.
+    fn loaded(&self, options: LoadOptions, observer: &dyn Observer) -> Result<Arc<Loaded>, Failure> {
+        let latest = || self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, loaded)) = latest().as_ref().filter(|(own, _)| *own == options) {
+            return Ok(Arc::clone(loaded));
+        }
+        let loaded = Arc::new(load(&self.input, &options, observer)?);
+        *latest() = Some((options, Arc::clone(&loaded)));
+        Ok(loaded)
+    }
+
+    fn request(&self, py: Python<'_>, command: &str, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Request> {
+        let words = [self.words.clone(), words(keywords)?].concat();
+        Request::new(command, words).map_err(|failure| raised(py, failure))
+    }
+}
+
+/// Reads a scene of any origin.
+fn read(py: Python<'_>, input: Input, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+    let source = Arc::new(Source { input, words: words(keywords)?, latest: Mutex::default() });
+    let (request, own) = (source.request(py, "render", None)?, Arc::clone(&source));
+    work::run(py, request.threads(), None, move |watch| own.loaded(request.options(), watch))?;
+    Ok(Scene(source))
+}
+
+/// Reads a file, or a scene that the program carries, `preset:NAME`.
+#[pyfunction]
+#[pyo3(signature = (path, **keywords))]
+pub fn load_path(py: Python<'_>, path: PathBuf, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+    let input = match path.to_str().and_then(|name| name.strip_prefix("preset:")) {
+        Some(preset) => Input::Preset(preset.to_owned()),
+        None => Input::Path(path),
+    };
+    read(py, input, keywords)
+}
+
+/// Reads the content of a file, whose name says its format where it ends in one.
+#[pyfunction]
+#[pyo3(signature = (name, bytes, **keywords))]
+pub fn load_bytes(py: Python<'_>, name: String, bytes: &[u8], keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+    read(py, Input::Bytes { name, bytes: bytes.to_vec(), resolver: None }, keywords)
+}
+
+/// Compares two pictures, each a `Picture` or the name of a file, as `raywright compare --json` does.
+#[pyfunction]
+#[pyo3(signature = (picture, reference, **keywords))]
+pub fn compare<'py>(
+    picture: &Bound<'py, PyAny>,
+    reference: &Bound<'py, PyAny>,
+    keywords: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let py = picture.py();
+    let request = Request::new("compare", words(keywords)?).map_err(|failure| raised(py, failure))?;
+    let sides = [side(picture, "the first picture")?, side(reference, "the second picture")?];
+    let compared = work::run(py, None, None, move |_| {
+        let [(name, picture), (other, reference)] = sides;
+        let judged = |side: Option<Judged>, name: &PathBuf| side.map_or_else(|| Judged::read(name), Ok);
+        let pair = [judged(picture, &name)?, judged(reference, &other)?];
+        request.comparison([name, other], &pair)
+    })?;
+    plain(py, &compared)
+}
+
+/// A picture with its name; none in memory: the file of that name.
+fn side(of: &Bound<'_, PyAny>, name: &str) -> PyResult<(PathBuf, Option<Judged>)> {
+    match of.cast::<Picture>() {
+        Ok(picture) => Ok((name.into(), Some(picture.get().judged()))),
+        Err(_) => Ok((of.extract()?, None)),
+    }
+}
+
+/// JSON as dicts and lists.
+fn plain<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
+    py.import("json")?.call_method1("loads", (json,))
+}
+
+impl Scene {
+    fn report<'py>(&self, py: Python<'py>, command: &str, keywords: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
+        let (request, source) = (self.0.request(py, command, keywords)?, Arc::clone(&self.0));
+        let report = work::run(py, request.threads(), None, move |watch| {
+            let loaded = source.loaded(request.options(), watch)?;
+            request.report((*loaded).clone(), watch)
+        })?;
+        plain(py, &report)
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// Renders the scene. Keywords are the flags of `raywright render` with underscores for hyphens; those not given are the scene's own.
+    ///
+    /// size: (width, height) in pixels. view: "front", "back", "left", "right", "top", "bottom", "iso" or (azimuth, elevation) in
+    /// degrees. at: time in seconds. max_error: root relMSE to be reached, such as 0.05; or spp: samples of a pixel; or budget: a time,
+    /// such as "10s". denoise: whether noise is filtered out. seed: of the random numbers. background: "env", "transparent" or a colour.
+    /// layers: what `Picture.layers` has besides depth, of albedo, normal, position, emission, object, material, samples, stderr. threads:
+    /// how many; the picture does not depend on it. progress: called with the share that is done, from 0 to 1.
+    #[pyo3(signature = (*, layers = None, progress = None, **keywords),
+        text_signature = "($self, *, size=None, view=None, at=None, max_error=None, spp=None, denoise=False, seed=None, background=None, \
+        layers=('depth',), threads=None, progress=None, **flags)")]
+    fn render(
+        &self,
+        py: Python<'_>,
+        layers: Option<Bound<'_, PyAny>>,
+        progress: Option<Bound<'_, PyAny>>,
+        keywords: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Picture> {
+        let own = PyDict::new(py);
+        own.set_item("layers", layers.unwrap_or(("depth",).into_pyobject(py)?.into_any()))?;
+        if let Some(keywords) = keywords {
+            own.update(keywords.as_mapping())?;
+        }
+        let (request, source) = (self.0.request(py, "render", Some(&own))?, Arc::clone(&self.0));
+        let finished = work::run(py, request.threads(), progress.as_ref(), move |watch| {
+            let loaded = source.loaded(request.options(), &())?;
+            request.picture((*loaded).clone(), watch)
+        })?;
+        if let Some(progress) = progress {
+            progress.call1((1.0,))?;
+        }
+        Ok(Picture::new(finished))
+    }
+
+    /// Which effects of the scene are simulated, absent and left out, and on which rungs of which ladders it stands: what
+    /// `raywright explain --json` prints, as dicts and lists.
+    #[pyo3(signature = (**keywords))]
+    fn explain<'py>(&self, py: Python<'py>, keywords: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
+        self.report(py, "explain", keywords)
+    }
+
+    /// What accuracy costs in time on this scene, measured for `budget` seconds: what `raywright accuracy --json` prints, as dicts and lists.
+    #[pyo3(signature = (*, budget = None, **keywords), text_signature = "($self, *, budget=60, **flags)")]
+    fn accuracy<'py>(
+        &self,
+        py: Python<'py>,
+        budget: Option<Bound<'py, PyAny>>,
+        keywords: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let own = PyDict::new(py);
+        own.set_item("budget", budget)?;
+        if let Some(keywords) = keywords {
+            own.update(keywords.as_mapping())?;
+        }
+        self.report(py, "accuracy", Some(&own))
+    }
+
+    /// What the user should know of the scene, a sentence each.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        let latest = self.0.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        latest.iter().flat_map(|(_, loaded)| &loaded.warnings).map(ToString::to_string).collect()
+    }
+
+    fn __repr__(&self) -> String {
+        let latest = self.0.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        let name = latest.as_ref().map_or("", |(_, loaded)| loaded.source.name.as_str());
+        format!("<raywright.Scene {name}>")
+    }
+}
