@@ -57,7 +57,7 @@ pub struct AnimationInfo {
 }
 
 impl Contents {
-    /// Seconds until an animation ends, by name or by index as [`play`] takes it, or until the last of all does; none where none is timed.
+    /// Seconds until an animation ends, by name or, where no name fits, by index, or until the last of all does; none where none is timed.
     pub fn seconds(&self, animation: Option<&str>) -> Option<f64> {
         let Some(wish) = animation else { return self.animations.iter().filter_map(|of| of.seconds).reduce(f64::max) };
         let names: Vec<&str> = self.animations.iter().map(|of| of.name.as_str()).collect();
