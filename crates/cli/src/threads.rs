@@ -4,8 +4,12 @@ use std::error::Error;
 use std::fmt::Display;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use raywright_core::memory::is_available;
 
 use crate::failure::{Exit, Failure};
+
+/// Addresses that a thread takes: its stack, another one for its overflow, and their guards.
+const BYTES: u64 = (2 << 20) + (128 << 10);
 
 /// What computes.
 pub struct Threads(Option<ThreadPool>);
@@ -21,6 +25,10 @@ impl Threads {
         // An error without a source says that there is such a pool already, which will do.
         if let Some(cause) = built.err().as_ref().and_then(Error::source) {
             return Err(refused(&cause));
+        }
+        // Where addresses end while a thread begins, the standard library ends the program in place of the call that made it.
+        if count.is_some_and(|count| !is_available(u64::from(count) * BYTES)) {
+            return Err(refused(&"there are no addresses for their stacks"));
         }
         let pool = |count: u32| ThreadPoolBuilder::new().num_threads(count as usize).build();
         Ok(Self(count.map(pool).transpose().map_err(|cause| refused(&cause))?))

@@ -15,7 +15,7 @@ pub(super) const EVERYTHING: &str = include_str!("everything.scene.toml");
 /// Keys and words that the scene above cannot have beside its others.
 const ALTERNATIVES: &str = "constant = expression = map = { image = rotation = strength = } studio = backdrop = ground = file = blend opaque blinn \
     blinn_reflected grazing error_bound first_in_order drop scene = time = corners whitted path none aces aces-hill khronos-neutral 2.2 bilinear mipmaps \
-    repeat both culled split normal gaussian blackman-harris tent";
+    repeat both culled split normal gaussian blackman-harris tent contain stretch";
 
 /// Protects: the scene of everything is right.
 #[test]
