@@ -224,6 +224,9 @@ class Meanwhile(unittest.TestCase):
             sent.append(time.perf_counter())
             os.kill(os.getpid(), signal.SIGINT)
 
+        # What is started in the background by a shell ignores Ctrl-C.
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        self.addCleanup(signal.signal, signal.SIGINT, before)
         scene = preset("cornell")
         thread = threading.Thread(target=interrupt)
         thread.start()
