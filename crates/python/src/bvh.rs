@@ -201,17 +201,4 @@ impl Bvh {
         let count = hit.len();
         Array::new(Numbers::Booleans(hit), &[count]).copy(py)
     }
-
-    /// The same, by another name.
-    #[pyo3(signature = (origins, directions, *, tmin = 0.0, tmax = f64::INFINITY, threads = None))]
-    fn any<'py>(
-        &self,
-        origins: &Bound<'py, PyAny>,
-        directions: &Bound<'py, PyAny>,
-        tmin: f64,
-        tmax: f64,
-        threads: Option<u32>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        self.occluded(origins, directions, tmin, tmax, threads)
-    }
 }

@@ -206,7 +206,7 @@ fn nothing_to_be_seen_is_told() {
     let away = render("a.obj", "0.2,0.2,9");
     let said =
         "no camera ray met anything: the scene lies between (0.000000, 0.000000, -1.000000) and (90.000000, 90.000000, 0.000000)";
-    away.exits_with(3).says_like(said).says_like("help: --allow-empty writes a picture all the same");
+    away.exits_with(3).says_like(said).says_like("help: --allow-empty makes a picture all the same");
     assert!(!desk.path("a.png").exists());
     let flags = ["render", "a.obj", "--size", "8x8", "--spp", "1", "--eye", "0.2,0.2,5", "--target", "0.2,0.2,9"];
     desk.run(&[&flags[..], &["--allow-empty", "-o", "a.png"]].concat()).exits_with(0).says_like(said);

@@ -158,7 +158,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::field_of_view)]
     pub fov: Option<f64>,
 
-    /// What a picture shows whose shape is not that of its camera: all of the camera's view and more at two sides (contain), or a part of it
+    /// What a picture shows whose shape is not that of the scene's camera: all of the camera's view and more at two sides (contain), or a part of it
     /// (cover) [default: of glTF cameras contain; otherwise the height is kept, or what the scene's `fit` says]
     #[arg(long, value_name = "contain|cover", value_parser = values::fit, conflicts_with_all = ["view", "views", "turntable", "fov"])]
     pub fit: Option<Fit>,

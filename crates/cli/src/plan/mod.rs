@@ -347,9 +347,7 @@ pub fn shown(asked: &DisplayArgs, own: Display) -> Display {
 pub fn shown_as_suits(asked: &DisplayArgs, own: Display, picture: &Picture) -> Display {
     let display = shown(asked, own);
     match asked.exposure {
-        Some(Exposure::Auto) => {
-            Display { exposure_stops: display.suitable_exposure(picture).unwrap_or(display.exposure_stops), ..display }
-        }
+        Some(Exposure::Auto) => display.suited_to(picture),
         Some(Exposure::Stops(_)) | None => display,
     }
 }

@@ -18,6 +18,7 @@ pub fn camera(
 ) -> Result<Option<Camera>, Failure> {
     let changed = args.eye.is_some() || args.target.is_some() || args.up.is_some() || args.fov.is_some() || args.zoom.is_some();
     let frame = || framed(view, args.fov.unwrap_or(FIELD_OF_VIEW));
+    let is_own = view.is_none() && (args.camera.is_some() || !scene.cameras.is_empty());
     let mut camera = match (&args.camera, scene.cameras.first()) {
         _ if view.is_some() => frame(),
         (Some(name), _) => chosen(scene, name)?,
@@ -38,7 +39,8 @@ pub fn camera(
         }
         None => keep_vertical_fov(&mut camera, scene.render.size, args.size),
     }
-    if let Some(fit) = args.fit {
+    // A camera that is made for the picture has its shape.
+    if let Some(fit) = args.fit.filter(|_| is_own) {
         let [width, height] = scene.render.size.map(f64::from);
         (camera.aspect, camera.fit) = (camera.aspect.or(Some(width / height)), fit);
     }
@@ -312,6 +314,11 @@ mod tests {
         assert_eq!(of(ViewArgs { fit, ..named("2") }), (Some(2.0), Fit::Cover));
         assert_eq!(of(named("side")), (Some(1.5), Fit::Contain));
         assert_eq!(of(ViewArgs { fov: Some(30.0), ..named("side") }).0, None);
+        let framed = scene.cameras[1].clone();
+        let none = Scene { cameras: Vec::new(), ..scene.clone() };
+        let args = ViewArgs { fit, zoom: Some(1.0), ..ViewArgs::default() };
+        let taken = camera(&none, (&args, None), |_, _| framed.clone()).expect("a camera").expect("one");
+        assert_eq!((taken.aspect, taken.fit), (framed.aspect, framed.fit));
     }
 
     /// Protects: a camera with a shape of its own shows the same in every picture.

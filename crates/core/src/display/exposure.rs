@@ -40,6 +40,11 @@ impl Display {
         (1..=STOPS).map(|steps| self.exposure_stops + step * f64::from(steps)).find(|&stops| of(share(stops)) <= MOST_CLIPPED)
     }
 
+    /// The same with the exposure that suits a picture, where another one does.
+    pub fn suited_to(self, picture: &Picture) -> Self {
+        Self { exposure_stops: self.suitable_exposure(picture).unwrap_or(self.exposure_stops), ..self }
+    }
+
     fn clipping_of(self, colours: &[[f32; 3]]) -> Clipping {
         let map = self.prepare();
         let (mut clipped, mut black) = (0, 0);

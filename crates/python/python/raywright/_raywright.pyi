@@ -88,15 +88,6 @@ class Bvh:
         tmax: float = ...,
         threads: Optional[int] = None,
     ) -> npt.NDArray[np.bool_]: ...
-    def any(
-        self,
-        origins: npt.ArrayLike,
-        directions: npt.ArrayLike,
-        *,
-        tmin: float = 0.0,
-        tmax: float = ...,
-        threads: Optional[int] = None,
-    ) -> npt.NDArray[np.bool_]: ...
 
 def compare(picture: Union[Picture, _Path], reference: Union[Picture, _Path], **flags: Any) -> dict[str, Any]: ...
 def load_path(path: _Path, **flags: Any) -> Scene: ...

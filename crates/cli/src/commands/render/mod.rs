@@ -28,6 +28,9 @@ use crate::targets::{Outputs, Target};
 use film::Session;
 pub use series::run;
 
+/// What to do where nothing is to be seen.
+const ALLOW_EMPTY: &str = "--allow-empty makes a picture all the same";
+
 /// The error of the noise, where a picture's line and its file tell it: of paths, of what is denoised, and where it was asked for.
 fn claimed<'a>(task: &Task, (ready, rendered): (&Ready, &Rendered), noisy: Option<&'a Uncertainty>) -> Option<&'a Uncertainty> {
     noisy.filter(|_| ready.follows_paths() || task.max_error.is_some() || rendered.denoised().is_some())

@@ -12,7 +12,7 @@ use raywright_core::{Observer, Rendered};
 use raywright_io::output::{self, Format, Metadata};
 use raywright_io::{Error, Loaded};
 
-use super::{film, tell};
+use super::{ALLOW_EMPTY, film, tell};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
@@ -64,8 +64,7 @@ pub fn render(mut loaded: Loaded, task: &Task, command: String, observer: &dyn O
         return Err(scene_input::empty(&loaded.source.name, why).with_hint(ALLOW_EMPTY));
     }
     if plan.is_exposed {
-        let own = plan.display.exposure_stops;
-        plan.display.exposure_stops = plan.display.suitable_exposure(rendered.shown()).unwrap_or(own);
+        plan.display = plan.display.suited_to(rendered.shown());
     }
     tell::note_losses(&rendered.counters, &mut notes);
     super::note_rendered(&loaded, &rendered, &plan, &[], &mut notes);
@@ -115,9 +114,6 @@ impl FinishedPicture {
         self.rendered.shown()
     }
 }
-
-/// What to do where nothing is to be seen.
-const ALLOW_EMPTY: &str = "--allow-empty makes a picture all the same";
 
 /// Files are written by whoever has the picture.
 fn refuse_files(task: &Task) -> Result<(), Failure> {

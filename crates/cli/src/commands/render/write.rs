@@ -89,15 +89,7 @@ pub fn shown(path: &Path) -> String {
 
 /// What a format keeps: of display values those that are to be looked at, of linear numbers all there are.
 fn picture(rendered: &Rendered, format: Format) -> Cow<'_, Picture> {
-    match (format, rendered.denoised()) {
-        (Format::Exr, Some(denoised)) => {
-            let mut all = rendered.picture.clone();
-            all.layers.extend(denoised.layers());
-            Cow::Owned(all)
-        }
-        (Format::Exr, None) => Cow::Borrowed(&rendered.picture),
-        _ => Cow::Borrowed(rendered.shown()),
-    }
+    if format == Format::Exr { rendered.all_layers() } else { Cow::Borrowed(rendered.shown()) }
 }
 
 /// The end of a run that was stopped, with the files of what there is; of a series with how many pictures of how many are finished.

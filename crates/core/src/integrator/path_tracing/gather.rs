@@ -21,7 +21,7 @@ use crate::texture::Bump;
 /// Vertices by what answers at them: common surfaces that reflect nothing, other common ones, and all others. Kept, so that its lists are made
 /// once.
 #[derive(Default)]
-pub(super) struct Vertices<R: Real> {
+pub(super) struct VertexQueues<R: Real> {
     pub matte: VertexList<R>,
     pub glossy: VertexList<R>,
     pub general: VertexList<R>,
@@ -30,7 +30,7 @@ pub(super) struct Vertices<R: Real> {
     bent: Vec<(usize, NormalMap<R>)>,
 }
 
-impl<R: Real> Vertices<R> {
+impl<R: Real> VertexQueues<R> {
     pub fn clear(&mut self) {
         self.matte.clear();
         self.glossy.clear();
@@ -63,7 +63,7 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         place: u32,
         (path, hit, at): (&mut PathState<R>, &Hit<R>, &mut Interaction<R>),
-        vertices: &mut Vertices<R>,
+        vertices: &mut VertexQueues<R>,
     ) -> bool {
         let scene = self.scene;
         let material = &scene.materials[at.material as usize];
@@ -140,7 +140,7 @@ impl<R: Real> PathTracer<'_, R> {
         &mut self,
         place: u32,
         (path, hit, at): (&mut PathState<R>, &Hit<R>, &Interaction<R>),
-        vertices: &mut Vertices<R>,
+        vertices: &mut VertexQueues<R>,
     ) -> bool {
         if let Material::Physical(m) = &self.scene.materials[at.material as usize]
             && m.unlit

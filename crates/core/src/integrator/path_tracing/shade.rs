@@ -23,9 +23,9 @@ impl<R: Real> ShadedLanes<R> {
     #[inline]
     pub fn of(vertices: &VertexLanes<R>, lights: &LightLanes<R>, answers: &Answers<R>, reach: R) -> Self {
         Self {
-            lit: widest(Light { vertices, lights, answers }),
-            shadow: widest(Aim { vertices, lights, reach }),
-            next: widest(Leave { vertices, answers }),
+            lit: widest(LightTask { vertices, lights, answers }),
+            shadow: widest(ShadowTask { vertices, lights, reach }),
+            next: widest(ScatterTask { vertices, answers }),
         }
     }
 }
@@ -39,13 +39,13 @@ pub(super) struct LitLanes<R: Real> {
     pub sent: Vec3Column<R>,
 }
 
-struct Light<'a, R: Real> {
+struct LightTask<'a, R: Real> {
     vertices: &'a VertexLanes<R>,
     lights: &'a LightLanes<R>,
     answers: &'a Answers<R>,
 }
 
-impl<R: Real> Loops for Light<'_, R> {
+impl<R: Real> Loops for LightTask<'_, R> {
     type Output = LitLanes<R>;
     #[inline(always)]
     fn run(self) -> LitLanes<R> {
@@ -92,13 +92,13 @@ pub(super) struct ShadowRays<R: Real> {
     pub length: Column<R>,
 }
 
-struct Aim<'a, R: Real> {
+struct ShadowTask<'a, R: Real> {
     vertices: &'a VertexLanes<R>,
     lights: &'a LightLanes<R>,
     reach: R,
 }
 
-impl<R: Real> Loops for Aim<'_, R> {
+impl<R: Real> Loops for ShadowTask<'_, R> {
     type Output = ShadowRays<R>;
     #[inline(always)]
     fn run(self) -> ShadowRays<R> {
@@ -138,12 +138,12 @@ pub(super) struct NextRays<R: Real> {
     pub throughput: Vec3Column<R>,
 }
 
-struct Leave<'a, R: Real> {
+struct ScatterTask<'a, R: Real> {
     vertices: &'a VertexLanes<R>,
     answers: &'a Answers<R>,
 }
 
-impl<R: Real> Loops for Leave<'_, R> {
+impl<R: Real> Loops for ScatterTask<'_, R> {
     type Output = NextRays<R>;
     #[inline(always)]
     fn run(self) -> NextRays<R> {

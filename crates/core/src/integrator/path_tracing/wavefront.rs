@@ -4,7 +4,7 @@
 use raywright_bvh::{Hit, Interval, Real, Vector, widest};
 
 use super::super::{CameraRays, FirstHits, PACKET, PathResult, PathResults};
-use super::gather::Vertices;
+use super::gather::VertexQueues;
 use super::light::AskedLights;
 use super::respond::{Answers, Respond};
 use super::scatter::Onward;
@@ -29,7 +29,7 @@ pub(super) struct Wavefront<R: Real> {
     met: Vec<Interaction<R>>,
     sequences: Vec<(Sequence, u32)>,
     draws: Vec<[f32; 4]>,
-    vertices: Vertices<R>,
+    vertices: VertexQueues<R>,
     /// The lights that vertices of a kind ask.
     asked: AskedLights<R>,
     /// Which of them go on.
@@ -171,7 +171,7 @@ impl<R: Real> PathTracer<'_, R> {
     fn shade(&mut self, Wavefront { paths, going, hits, met, vertices, asked, goes, .. }: &mut Wavefront<R>) {
         vertices.bend_normals(met);
         let (mut bounce, compensated) = (Bounce { paths, going, met, hits }, self.scene.compensates);
-        let Vertices { matte, glossy, general, surfaces, .. } = vertices;
+        let VertexQueues { matte, glossy, general, surfaces, .. } = vertices;
         self.shade_each(&mut bounce, (matte.lanes(), asked), goes, |_, _, _, (vertices, lights), _| {
             widest(Respond::<R, true> { vertices, lights, compensated })
         });

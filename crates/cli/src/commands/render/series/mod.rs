@@ -19,7 +19,7 @@ use raywright_io::output::write_atomically;
 use raywright_io::{Error, Input, Inputs, LoadOptions, Loaded};
 
 use super::film::Session;
-use super::{film, tell, write};
+use super::{ALLOW_EMPTY, film, tell, write};
 use crate::beginning::Beginning;
 use crate::clock::{Clock, Seconds, spoken};
 use crate::commands::denoise;
@@ -379,7 +379,7 @@ impl<'a> Series<'a> {
 
     /// The exposure that suits the scene's first picture.
     fn exposure_of(&mut self, rendered: &Rendered, own: Display) -> f64 {
-        *self.exposure.get_or_insert_with(|| own.suitable_exposure(rendered.shown()).unwrap_or(own.exposure_stops))
+        *self.exposure.get_or_insert_with(|| own.suited_to(rendered.shown()).exposure_stops)
     }
 
     /// Whether all scenes were rendered, a film that was to be kept is, and an error that was asked for is reached.
@@ -408,9 +408,6 @@ fn ranges(names: &[Vec<String>]) -> Vec<String> {
     let range = |(first, last): (&String, &String)| if names.len() == 1 { first.clone() } else { format!("{first} to {last}") };
     first.iter().zip(last).map(range).collect()
 }
-
-/// What to do where nothing is to be seen.
-const ALLOW_EMPTY: &str = "--allow-empty writes a picture all the same";
 
 /// Bytes of scenes that are kept at most until it is their turn; the others are read once more then.
 const MOST_KEPT: u64 = 1 << 30;
