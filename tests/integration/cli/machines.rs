@@ -47,6 +47,7 @@ fn many_files_are_checked() {
     // What rests and could move is no problem of a picture.
     desk.write("model.gltf", super::models::model());
     desk.run(&["check", "model.gltf", "--deny-warnings"]).exits_with(0).says_like("note: model.gltf: ").says_like("[at-rest]");
+    assert_eq!(desk.run(&["check", "model.gltf"]).text(), "model.gltf: ok, 2 notes\n");
     assert!(of("error")[2].as_str().is_some_and(|error| error.starts_with("unknown key `objcts`")), "{report}");
 }
 

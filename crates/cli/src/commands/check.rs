@@ -86,15 +86,15 @@ fn judged(file: String, loaded: Result<Loaded, Failure>, args: &CheckArgs) -> (C
     let is_denied = |warning: &&Warning| warning.severity() > Severity::Note && !args.allow.contains(&warning.code);
     let denied = if args.deny_warnings { warnings.iter().filter(is_denied).count() } else { 0 };
     let failure = (denied > 0).then(|| {
-        let found = counted(denied);
+        let found = counted(denied, "warning");
         Failure::new(Exit::Input, format_args!("{}: {found}, and --deny-warnings allows none", loaded.source.name))
     });
     let code = failure.as_ref().map_or(Exit::Done, |failure| failure.exit) as u8;
     (Checked { file: loaded.source.name, ok: denied == 0, code, error: None, warnings }, failure)
 }
 
-fn counted(warnings: usize) -> String {
-    if warnings == 1 { "1 warning".to_owned() } else { format!("{warnings} warnings") }
+fn counted(n: usize, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }
 
 /// A line on standard output for a file that is right; the rest goes to standard error, errors of several files one by one.
@@ -109,9 +109,8 @@ fn tell(checked: &Checked, failure: Option<&Failure>, verbosity: Verbosity) -> R
     if !checked.ok {
         return Ok(());
     }
-    let warnings = match checked.warnings.len() {
-        0 => String::new(),
-        n => format!(", {}", counted(n)),
-    };
-    console::print(format!("{}: ok{warnings}\n", checked.file))
+    let notes = checked.warnings.iter().filter(|warning| warning.severity() == Severity::Note).count();
+    let counts = [(checked.warnings.len() - notes, "warning"), (notes, "note")].into_iter().filter(|(n, _)| *n > 0);
+    let counts: String = counts.map(|(n, what)| format!(", {}", counted(n, what))).collect();
+    console::print(format!("{}: ok{counts}\n", checked.file))
 }

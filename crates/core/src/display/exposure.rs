@@ -6,7 +6,7 @@ use crate::picture::{Picture, straight_colour};
 /// Shares of a picture's pixels, 0 to 1, that a display shows as what they are not.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clipping {
-    /// Pixels with a channel at its greatest code.
+    /// Pixels with a channel at its greatest code, or so near to it that twice the light looks the same.
     pub clipped: f64,
     /// Pixels that are black and have light.
     pub black: f64,
@@ -16,12 +16,12 @@ pub struct Clipping {
 pub const MOST_CLIPPED: f64 = 0.1;
 
 /// Pixels that are looked at.
-const LOOKED_AT: usize = 1 << 16;
+const LOOKED_AT: usize = 1 << 14;
 /// Stops that are tried, up or down.
 const STOPS: i32 = 12;
 
 impl Display {
-    /// What of a picture is clipped or black, of at most 65,536 of its pixels; what has no coverage is left aside.
+    /// What of a picture is clipped or black, of at most 16,384 of its pixels; what has no coverage is left aside.
     pub fn clipping(self, picture: &Picture) -> Clipping {
         self.clipping_of(&colours(picture))
     }
@@ -50,12 +50,19 @@ impl Display {
         let (mut clipped, mut black) = (0, 0);
         for &colour in colours {
             let codes = map.codes(colour);
-            clipped += usize::from(codes.contains(&255));
+            clipped += usize::from(codes.contains(&255) || is_spent(codes, map.codes(colour.map(|channel| 2.0 * channel))));
             black += usize::from(codes == [0; 3] && colour.iter().any(|&channel| channel > 0.0));
         }
         let [clipped, black] = [clipped, black].map(|count| count as f64 / colours.len().max(1) as f64);
         Clipping { clipped, black }
     }
+}
+
+/// Whether a bright channel shows twice its light by almost the same code: tone maps come near to the greatest one and never reach it.
+fn is_spent(codes: [u8; 3], doubled: [u8; 3]) -> bool {
+    const BRIGHT: u8 = 240;
+    const SAME: u8 = 3;
+    codes.iter().zip(doubled).any(|(&code, doubled)| code >= BRIGHT && code.abs_diff(doubled) < SAME)
 }
 
 /// Colours of pixels that show something, evenly over the picture.
@@ -89,6 +96,19 @@ mod tests {
         assert_eq!(at(f32::INFINITY), None);
         assert_eq!(at(0.0), None);
         assert_eq!(display.suitable_exposure(&picture(Vec::new(), None)), None);
+    }
+
+    /// Protects: a tone map that comes near to white and never reaches it clips as well, and white paper in even light does not.
+    #[test]
+    fn nearly_white_is_clipped() {
+        use crate::scene::ToneMap;
+        for tone_map in [ToneMap::KhronosNeutral, ToneMap::Agx, ToneMap::AcesHill] {
+            let share = |level: f32| Display { tone_map, ..Display::PLAIN }.clipping(&picture(vec![[level; 3]; 9], None)).clipped;
+            assert_eq!([share(0.8), share(100.0)], [0.0, 1.0], "{tone_map:?}");
+        }
+        // One channel is enough, as where codes end.
+        let tinted = picture(vec![[2.6, 2.2, 2.0]; 9], None);
+        assert_eq!(Display { tone_map: ToneMap::KhronosNeutral, ..Display::PLAIN }.clipping(&tinted).clipped, 1.0);
     }
 
     /// Protects: what is not covered says nothing, and what is covered in part counts with the colour that it shows.
