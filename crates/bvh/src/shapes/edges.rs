@@ -200,7 +200,7 @@ mod tests {
     /// Protects: the sign of a·b − c·d whatever cancels, and its value to a third, against whole numbers of 128 bits: products
     /// that are equal, that differ in their last bits, and that differ by as much as decides which formula is taken.
     #[test]
-    fn differences_of_products_are_those_of_whole_numbers() {
+    fn p21_differences_of_products_are_those_of_whole_numbers() {
         let state = &mut 7;
         let (mut equal, mut close, mut rounded_away) = (0, 0, 0);
         for _ in 0..2_000_000 {

@@ -58,7 +58,7 @@ fn asked(geometry: &Geometry<f32>, ray: &Ray<f32>, range: Interval<f32>) -> (boo
 /// and edges met head on, very small and very large things, and these together; along axes with zeros of either sign; with
 /// ranges that begin before the ray or end at the hit.
 #[test]
-fn kernels_find_what_the_scan_finds() {
+fn t20_kernels_find_what_the_scan_finds() {
     for ((name, mesh), balls) in families().into_iter().zip([false, true].into_iter().cycle()) {
         let scan = Geometry::new(group(&mesh, balls), AcceleratorKind::Linear);
         for quality in BuildQuality::ALL {

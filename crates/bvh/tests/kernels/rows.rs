@@ -162,7 +162,7 @@ fn agree(name: &str, scan: &Geometry<f32>, rows: &mut Geometry<f32>, aims: &[Sph
 /// wins of equals, sides, what is asked about; of few primitives without nodes, of many beside a tree, and in the space of an
 /// instance.
 #[test]
-fn rows_find_what_the_scan_finds() {
+fn t20_rows_find_what_the_scan_finds() {
     let mut hits = 0;
     let turned = DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0) * DAffine3::from_scale(DVec3::new(2.0, -0.5, 1.0));
     for (set, family) in SETS.into_iter().flat_map(|set| FAMILIES.map(|family| (set, family))) {

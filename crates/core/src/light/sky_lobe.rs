@@ -135,3 +135,31 @@ pub(super) fn at_height(y: f64, turn: f64) -> DVec3 {
     let ring = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
     DVec3::new(ring * libm::cos(TAU * turn), y.clamp(-1.0, 1.0), ring * libm::sin(TAU * turn))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: lobes of a sky are drawn as densely as they say, suns of every width too: the share of numbers between two directions over the
+    /// solid angle between these lies between the densities there, since a lobe only falls or only rises.
+    #[test]
+    fn m02_lobes_of_a_sky_are_as_dense_as_drawn() {
+        const STEPS: u32 = 1000;
+        let axis = DVec3::new(1.0, -2.0, 0.5).normalize();
+        let suns = [0, 1, 2, 7, 30, 1000, 1_000_000].map(|exponent| (SkyLobe::Power { axis, exponent }, axis));
+        let linear = [[0.0, 1.0], [3.0, 1.0], [2.0, 2.0]].map(|[bottom, top]| (SkyLobe::Linear { bottom, top }, DVec3::NEG_Y));
+        for (lobe, axis) in suns.into_iter().chain(linear) {
+            let at = |step: u32| {
+                let direction = lobe.direction([f64::from(step) / f64::from(STEPS), 0.3]);
+                // 1 − cos of the angle to the axis, with its digits.
+                (0.5 * (direction - axis).length_squared(), lobe.density(direction))
+            };
+            for step in 0..STEPS - 1 {
+                let ((from, first), (to, second)) = (at(step), at(step + 1));
+                let drawn = 1.0 / (f64::from(STEPS) * TAU * (to - from));
+                let (least, most) = (first.min(second) * (1.0 - 1e-6), first.max(second) * (1.0 + 1e-6));
+                assert!((least..=most).contains(&drawn), "{lobe:?}, {step}: {drawn} is not within {least} and {most}");
+            }
+        }
+    }
+}

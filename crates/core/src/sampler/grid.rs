@@ -74,7 +74,7 @@ mod tests {
     /// Protects: numbers are even over [0, 1) and know nothing of each other, by the means of numbers, squares and products: 1/2, 1/3
     /// and 1/4, where the products of stratified pairs are those of even ones too.
     #[test]
-    fn numbers_are_even() {
+    fn m11_numbers_are_even() {
         const COUNT: u32 = 1 << 16;
         for draw in [independent, stratified] {
             let (mut mean, mut square, mut product) = ([0.0; 4], [0.0; 4], 0.0);
