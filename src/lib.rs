@@ -77,7 +77,7 @@ pub mod prelude {
     pub use raywright_core::picture::Picture;
     pub use raywright_core::scene::Scene;
     pub use raywright_core::settings::Sampling;
-    pub use raywright_core::{Observer, Ready, Rendered, Settings, prepare};
+    pub use raywright_core::{Observer, Ready, RenderStage, Rendered, Settings, prepare};
     pub use raywright_io::output::{Metadata, read_picture, write_picture};
     pub use raywright_io::{Environment, EnvironmentSource, Input, LightShortage, Limits, LoadOptions, Loaded, Resolver, load};
 }

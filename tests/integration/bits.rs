@@ -6,7 +6,7 @@ use raywright::bvh::{AcceleratorKind, BuildQuality};
 use raywright::core::picture::Picture;
 use raywright::core::scene::Integrator;
 use raywright::core::settings::{Aov, Crop, PrecisionChoice, Sampling};
-use raywright::core::{Observer, Rendered, Scene, Settings, prepare};
+use raywright::core::{Observer, RenderStage, Rendered, Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
 
 use crate::support::shared;
@@ -213,11 +213,15 @@ fn looks_change_no_bit() {
         Settings { size: SIZE, sampling: Sampling::General(256), integrator: Integrator::Path, ..Settings::of(&scene) };
     let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let (mut rays, mut bare) = (Vec::new(), 0);
-    let found = ready.render_showing(&(), |film| {
-        let so_far = Rendered::noisy(film);
+    // One thread, which takes its tiles in order: of several, those that are behind decide how many samples the others add meanwhile.
+    let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let look = |stage: &RenderStage<'_>| {
+        let so_far = Rendered::noisy(stage.film());
         rays.push(so_far.counters.camera);
-        bare += film.picture().rgb.iter().filter(|rgb| **rgb == [0.0; 3]).count();
-    });
+        assert_eq!(*stage.picture(), so_far.picture);
+        bare += stage.picture().rgb.iter().filter(|rgb| **rgb == [0.0; 3]).count();
+    };
+    let found = pool.install(|| ready.render_showing(&(), look));
     assert!(found.finished && found.picture == ready.render(&()).picture);
     assert_eq!((rays.len(), bare), (7, 0), "{rays:?}");
     let all = found.counters.camera as f64;
@@ -238,4 +242,45 @@ fn looks_change_no_bit() {
     let mut looks = 0;
     assert!(!ready.render_showing(&Stop, |_| looks += 1).finished);
     assert_eq!(looks, 0);
+}
+
+/// Protects: a sketch shows the view of the picture, however large its pixels are: each is about the mean of those that it covers, of cameras
+/// near, far away and on the move; with pixels as large as the picture's, it is the picture to the bit.
+#[test]
+fn sketches_show_the_same_view() {
+    let scene = |camera: &str| {
+        let text = format!(
+            r#"{{ "format": 1, "sky": {{ "gradient": {{ "bottom": [1, 0.2, 0.1], "top": [0.1, 0.2, 1] }} }}, "cameras": [{camera}],
+                "materials": [{{ "name": "m", "model": {{ "physical": {{ "base_colour": [0.9, 0.6, 0.1] }} }} }}],
+                "objects": [{{ "shape": {{ "sphere": {{ "centre": [0.4, 0.3, 0], "radius": 1 }} }}, "material": "m" }}] }}"#
+        );
+        let input = Input::Bytes { name: "ball.scene.json".to_owned(), bytes: text.into(), resolver: None };
+        load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene
+    };
+    let look = |eye: &str| format!(r#"{{ "look_at": {{ "eye": {eye}, "target": [0, 0, 0] }} }}"#);
+    let near = look("[0, 1, 5]");
+    let pinhole = |fov: f64| format!(r#""projection": {{ "pinhole": {{ "vertical_fov": {fov} }} }}"#);
+    let moving = format!(r#", "pose_end": {}, "shutter": [0, 1]"#, look("[1, 1, 5]"));
+    for (camera, name) in [
+        (format!(r#"{{ "pose": {near}, {} }}"#, pinhole(40.0)), "near"),
+        (format!(r#"{{ "pose": {}, {} }}"#, look("[0, 0, 90000]"), pinhole(0.0025)), "far"),
+        (format!(r#"{{ "pose": {near}, {}{moving} }}"#, pinhole(40.0)), "moving"),
+    ] {
+        let scene = scene(&camera);
+        let (size, sampling) = ([62, 41], Sampling::General(256));
+        let settings = Settings { size, sampling, integrator: Integrator::Path, ..Settings::of(&scene) };
+        let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let picture = ready.render(&()).picture;
+        assert!(ready.sketch(1, 256, &[], &()).picture == picture, "{name}");
+        let sketch = ready.sketch(4, 256, &[], &()).picture;
+        assert_eq!([sketch.width, sketch.height], [16, 11]);
+        let mut worst = 0.0_f32;
+        for (x, y) in (0..10).flat_map(|y| (0..15).map(move |x| (x, y))) {
+            let block = (0..16).filter_map(|i| picture.pixel(4 * x + i % 4, 4 * y + i / 4));
+            let mean = block.fold([0.0; 3], |sum, pixel| std::array::from_fn(|c| sum[c] + pixel[c] / 16.0));
+            let found = sketch.pixel(x, y).expect("a pixel");
+            worst = (0..3).map(|c| (found[c] - mean[c]).abs()).fold(worst, f32::max);
+        }
+        assert!(worst < 0.08, "{name}: {worst}");
+    }
 }

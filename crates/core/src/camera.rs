@@ -40,6 +40,8 @@ struct Shutter {
     open: f64,
     duration: f64,
     moving: Option<(CameraData, [u32; 2])>,
+    /// How many of that picture's pixels lie along an edge of one here.
+    coarseness: u32,
 }
 
 /// Rays of a camera so far away that stored coordinates there can't tell one pixel's from the next one's. They are made in f64
@@ -120,7 +122,7 @@ impl<R: Real> Camera<R> {
         let [width, height] = size.map(f64::from);
         let shutter = exposure(data).map(|[open, close]| {
             let moving = camera_moves(data).then(|| (data.clone(), size));
-            Box::new(Shutter { open, duration: close - open, moving })
+            Box::new(Shutter { open, duration: close - open, moving, coarseness: 1 })
         });
         let (eye, frame) = axes(&pose_at(data, opening(data)));
         let film_width = data.aspect.unwrap_or(width / height);
@@ -185,6 +187,21 @@ impl<R: Real> Camera<R> {
         Self { far: far.then(|| Box::new(DistantCamera { camera: Camera::new(data, size), ahead })), ..camera }
     }
 
+    /// The same for a picture whose pixels are so many times as wide and as high, counted from the same corner.
+    #[must_use]
+    pub fn with_larger_pixels(&self, factor: u32) -> Self {
+        let mut camera = self.clone();
+        camera.pixel = self.pixel.map(|edge| edge * R::from_f64(f64::from(factor)));
+        camera.half = self.half.map(|half| half * R::from_f64(1.0 / f64::from(factor)));
+        if let Some(far) = &mut camera.far {
+            far.camera = far.camera.with_larger_pixels(factor);
+        }
+        if let Some(shutter) = &mut camera.shutter {
+            shutter.coarseness *= factor;
+        }
+        camera
+    }
+
     /// How far from the eye, or from its plane, rays start. Zero but for a camera that is far from everything.
     #[inline]
     pub fn ahead(&self) -> R {
@@ -238,7 +255,9 @@ impl<R: Real> Camera<R> {
         let time = R::from_f64(shutter.open + shutter.duration * f64::from(share));
         let ray = match &shutter.moving {
             None => self.ray(x, y, lens),
-            Some((data, size)) => Self::new(&camera_at(data, time.to_f64()), *size).ray(x, y, lens),
+            Some((data, size)) => {
+                Self::new(&camera_at(data, time.to_f64()), *size).with_larger_pixels(shutter.coarseness).ray(x, y, lens)
+            }
         };
         ray.at_time(time)
     }

@@ -12,10 +12,13 @@ use crate::lookup::Lookup;
 use crate::memory::{Memory, is_available};
 use crate::observer::Observer;
 use crate::prepare::{self, ClosedGap, LightLeak, PrepareError, Prepared, ShutAway, Tables};
-use crate::render::{Rendered, render};
-use crate::scene::{Camera, Integrator, MeshSource, Scene};
-use crate::settings::{PrecisionChoice, Settings};
+use crate::render::{RenderStage, Rendered, render};
+use crate::scene::{Camera, Integrator, MeshSource, Pattern, Scene};
+use crate::settings::{Aov, Crop, PrecisionChoice, Sampling, Settings};
 use crate::validate::Problem;
+
+/// Edge of a sketch's tiles: it has few pixels, and each thread is to have some of them.
+const SKETCH_TILE: u32 = 16;
 
 /// A scene prepared for one set of settings, ready to render.
 pub struct Ready {
@@ -171,9 +174,9 @@ impl Ready {
         Rendered::of(&film, observer)
     }
 
-    /// As [`Self::render`]; `look` sees the film each time that it has about twice as many samples as before, the last time excepted: a first
-    /// look at a 128th of them, which [`Rendered::noisy`] makes a picture of. The bits of the result are those of [`Self::render`].
-    pub fn render_showing(&self, observer: &dyn Observer, mut look: impl FnMut(&Film)) -> Rendered {
+    /// As [`Self::render`]; `look` sees pixels, samples and error each time that there are about twice as many samples as before, the last time
+    /// excepted: a first look at a 128th of them. The bits of the result are those of [`Self::render`].
+    pub fn render_showing(&self, observer: &dyn Observer, mut look: impl FnMut(&RenderStage<'_>)) -> Rendered {
         let mut film = self.film("");
         let whole = film.whole();
         for halving in (1..=7).rev() {
@@ -182,7 +185,7 @@ impl Ready {
             if !stage.is_over.into_inner() || observer.cancelled() || film.lacking(&whole) == 0 {
                 break;
             }
-            look(&film);
+            look(&RenderStage::of(&film));
         }
         self.render_rounds(&mut film, &whole, observer);
         Rendered::of(&film, observer)
@@ -194,8 +197,40 @@ impl Ready {
         debug_assert_eq!(self.settings.sampling.is_fixed(), settings.sampling.is_fixed(), "patterns call for other effects");
         let mut film = Film::new("", settings, Plan::new(settings, self.is_by_chance()));
         let whole = film.whole();
-        each!(&self.inner, prepared => self.with_integrator(prepared, settings, (&mut film, &whole), observer));
+        each!(&self.inner, prepared => self.with_integrator((prepared, &prepared.camera), settings, (&mut film, &whole), observer));
         film
+    }
+
+    /// A quick look at the picture in pixels of its own, `edge` times as wide and as high as the picture's and counted from the same corner, so
+    /// that the last ones may reach beyond it; with so many samples each, a pattern's middle one alone, and such layers. It takes a share of the
+    /// picture's time, whatever that is to be, and nothing is prepared for it.
+    pub fn sketch(&self, edge: u32, samples: u32, layers: &[Aov], observer: &dyn Observer) -> Rendered {
+        let edge = edge.max(1);
+        let of = |pixels: u32| pixels.div_ceil(edge);
+        let settings = Settings {
+            size: self.settings.size.map(of),
+            crop: self.settings.crop.map(|crop| {
+                let [x, y] = [crop.x, crop.y].map(|start| start / edge);
+                Crop { x, y, width: of(crop.x + crop.width) - x, height: of(crop.y + crop.height) - y }
+            }),
+            sampling: match self.settings.sampling {
+                Sampling::Pattern(_) => Sampling::Pattern(Pattern::Centre),
+                Sampling::General(most) => Sampling::General(samples.clamp(1, most)),
+            },
+            aovs: layers.to_vec(),
+            max_error: None,
+            denoise: false,
+            replicates: None,
+            tile_size: SKETCH_TILE,
+            ..self.settings.clone()
+        };
+        let mut film = Film::new("", &settings, Plan::new(&settings, self.is_by_chance()));
+        let whole = film.whole();
+        each!(&self.inner, prepared => {
+            let camera = prepared.camera.with_larger_pixels(edge);
+            self.with_integrator((prepared, &camera), &settings, (&mut film, &whole), observer);
+        });
+        Rendered::noisy(&film)
     }
 
     /// A film with nothing on it yet, to be rendered part by part. `scene` is whatever tells scenes apart, such as a hash of
@@ -230,12 +265,12 @@ impl Ready {
     }
 
     fn render_units(&self, film: &mut Film, part: &Part, observer: &dyn Observer) {
-        each!(&self.inner, prepared => self.with_integrator(prepared, &self.settings, (film, part), observer));
+        each!(&self.inner, prepared => self.with_integrator((prepared, &prepared.camera), &self.settings, (film, part), observer));
     }
 
     fn with_integrator<R: Real>(
         &self,
-        prepared: &Prepared<R>,
+        prepared: (&Prepared<R>, &crate::camera::Camera<R>),
         settings: &Settings,
         (film, part): (&mut Film, &Part),
         observer: &dyn Observer,

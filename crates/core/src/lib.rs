@@ -106,6 +106,6 @@ pub use lookup::Lookup;
 pub use memory::Memory;
 pub use observer::Observer;
 pub use raywright_bvh as bvh;
-pub use render::Rendered;
+pub use render::{RenderStage, Rendered};
 pub use scene::Scene;
 pub use settings::Settings;

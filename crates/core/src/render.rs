@@ -3,6 +3,7 @@
 mod ahead;
 mod first_hits;
 mod queue;
+mod stage;
 
 use core::marker::PhantomData;
 use core::ops::Range;
@@ -14,6 +15,8 @@ use raywright_bvh::{Ray, Real};
 use self::ahead::{Ahead, Samples};
 use self::first_hits::FirstHitSums;
 use self::queue::{Next, Queue};
+pub use self::stage::RenderStage;
+use crate::camera::Camera;
 use crate::counters::Counters;
 use crate::denoise::{DenoiseError, Denoised, denoise};
 use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, ReplicateBuffer, Sums, TileUpdate, parts};
@@ -50,9 +53,13 @@ impl Rendered {
 
     /// What a film amounts to so far, as it is.
     pub fn noisy(film: &Film) -> Self {
+        Self::with_picture(film, film.picture())
+    }
+
+    /// The same where the film's picture is there already.
+    fn with_picture(film: &Film, picture: Picture) -> Self {
         let unfinished = film.unfinished();
-        let (picture, counters) = (film.picture(), film.counters());
-        Self { picture, denoised: None, counters, unfinished, finished: unfinished == 0 }
+        Self { picture, denoised: None, counters: film.counters(), unfinished, finished: unfinished == 0 }
     }
 
     /// The denoised picture with what is claimed of it, where there is one.
@@ -77,7 +84,7 @@ impl Rendered {
 /// Renders what `part` names and the film lacks on the current thread pool, in passes over the picture that each add some samples
 /// of one replicate, so that a render that is stopped has something everywhere, and nearly the same of it.
 pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
-    scene: &'a Prepared<R>,
+    (scene, camera): (&'a Prepared<R>, &Camera<R>),
     settings: &Settings,
     film: &mut Film,
     part: &Part,
@@ -96,7 +103,7 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
             let Next { tile, replicate, samples, start } = next;
             let area = plan.tile(tile);
             let job = UnitJob::<R, T> {
-                scene,
+                camera,
                 settings,
                 plan: &plan,
                 draws: &draws,
@@ -123,7 +130,7 @@ fn lock<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
 
 /// Some samples of one tile in one replicate.
 struct UnitJob<'a, R: Real, T> {
-    scene: &'a Prepared<R>,
+    camera: &'a Camera<R>,
     settings: &'a Settings,
     plan: &'a Plan,
     draws: &'a Draws,
@@ -258,7 +265,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
                 let at = |v: u32| R::from_f64(f64::from(v));
                 let make = |most, samples: &mut Samples<_>| {
                     samples.addresses.extend((x..columns.end).take(most).map(|x| self.address(x, y, 0)));
-                    samples.rays.extend((x..columns.end).take(most).map(|x| self.scene.camera.ray(at(x), at(y), [0.5; 2])));
+                    samples.rays.extend((x..columns.end).take(most).map(|x| self.camera.ray(at(x), at(y), [0.5; 2])));
                 };
                 let Some(brought) = ahead.next(tracer, make) else { break };
                 corners.push((brought.radiance, parts(brought.coverage)));
@@ -314,7 +321,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
     #[inline]
     fn sample_ray(&self, address: Address, [u, v]: [f32; 2]) -> Ray<R> {
         let [x, y] = address.pixel;
-        let camera = &self.scene.camera;
+        let camera = self.camera;
         let lens = if camera.has_lens() { pair(address, Purpose::Lens) } else { [0.5; 2] };
         let share = if camera.has_shutter() { pair(address, Purpose::Time)[0] } else { 0.0 };
         let at = |v: u32, offset: f32| R::from_f64(f64::from(v)) + R::from_f32(offset);
@@ -330,7 +337,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         }
         for (x, y) in self.rows().flat_map(|y| self.columns().map(move |x| (x, y))) {
             let at = |v: u32| R::from_f64(f64::from(v) + 0.5);
-            let first = tracer.first_hit(self.scene.camera.ray_during(at(x), at(y), [0.5; 2], 0.0));
+            let first = tracer.first_hit(self.camera.ray_during(at(x), at(y), [0.5; 2], 0.0));
             for (buffer, (aov, _)) in buffers.iter_mut().zip(layers) {
                 buffer.push(first.as_ref().map_or(-1.0, |f| match aov {
                     Aov::Depth => f.distance as f32,
