@@ -76,9 +76,14 @@ impl Request {
 
     /// The picture of a scene that was read with these options, of `render`.
     pub fn picture(&self, loaded: Loaded, observer: &dyn Observer) -> Result<FinishedPicture, Failure> {
-        let Command::Render(args) = &self.command else { return Err(other("a picture")) };
         let command = self.of_program("render", &loaded);
-        picture::render(loaded, &Task::new((**args).clone(), Verbosity::Quiet)?, command, observer)
+        picture::render(loaded, &self.task()?, command, observer)
+    }
+
+    /// What `render` is to do.
+    pub(crate) fn task(&self) -> Result<Task, Failure> {
+        let Command::Render(args) = &self.command else { return Err(other("a picture")) };
+        Task::new((**args).clone(), Verbosity::Quiet)
     }
 
     /// What `explain --json` or `accuracy --json` prints of a scene that was read with these options.

@@ -89,9 +89,14 @@ pub fn set_words(words: &[OsString]) {
     WORDS.get_or_init(|| words.to_vec());
 }
 
+/// The words of this run.
+pub fn words() -> &'static [OsString] {
+    WORDS.get_or_init(|| std::env::args_os().collect())
+}
+
 /// The command line as a shell would take it.
 pub fn command_line() -> String {
-    command_of(WORDS.get_or_init(|| std::env::args_os().collect()).get(1..).unwrap_or_default())
+    command_of(words().get(1..).unwrap_or_default())
 }
 
 /// The command with these arguments.

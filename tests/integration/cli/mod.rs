@@ -26,3 +26,4 @@ mod series;
 mod stability;
 mod stress;
 mod thumbs;
+mod viewer;

@@ -63,7 +63,8 @@ addEventListener("load", () => {
 </script>
 "##;
 
-fn browser() -> Option<PathBuf> {
+/// A Chromium, where there is one.
+pub fn browser() -> Option<PathBuf> {
     let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
     let names = ["chromium", "chromium-browser", "google-chrome"];
     names.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name))).find(|path| path.is_file())

@@ -14,6 +14,7 @@ mod scene;
 mod stability;
 mod stress;
 mod thumbs;
+mod viewer;
 
 pub use accuracy::AccuracyArgs;
 pub use bench::BenchArgs;
@@ -26,6 +27,7 @@ pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 pub use stability::StabilityArgs;
 pub use stress::{DeniedSeverity, StressArgs};
 pub use thumbs::ThumbsArgs;
+pub use viewer::ViewerArgs;
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
@@ -111,6 +113,8 @@ impl MessageArgs {
 pub enum Command {
     /// Render scenes to pictures, which is also what files without a command ask for
     Render(Box<RenderArgs>),
+    /// Show a scene in the browser while it renders, from wherever you turn it
+    View(Box<ViewerArgs>),
     /// Make one picture of parts that were rendered apart
     Merge(MergeArgs),
     /// Filter the noise out of a render that was kept, and tell how wrong the result is

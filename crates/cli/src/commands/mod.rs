@@ -15,6 +15,7 @@ pub mod render;
 mod stability;
 mod stress;
 mod thumbs;
+mod view;
 
 use crate::args::Command;
 use crate::console::{self, Verbosity};
@@ -40,6 +41,7 @@ pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure
     }
     match command {
         Command::Render(args) => render::run(&Task::new(*args, verbosity)?),
+        Command::View(args) => view::run(*args, verbosity),
         Command::Merge(args) => merge::run(&args, verbosity),
         Command::Denoise(args) => denoise::run(&args, verbosity),
         Command::Explain(args) => explain::run(&args, verbosity),

@@ -116,7 +116,7 @@ impl FinishedPicture {
 }
 
 /// Files are written by whoever has the picture.
-fn refuse_files(task: &Task) -> Result<(), Failure> {
+pub fn refuse_files(task: &Task) -> Result<(), Failure> {
     let flags = [
         ("--output", !task.outputs.is_empty()),
         ("--sheet", task.sheet.is_some()),

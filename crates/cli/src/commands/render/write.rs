@@ -88,7 +88,7 @@ pub fn shown(path: &Path) -> String {
 }
 
 /// What a format keeps: of display values those that are to be looked at, of linear numbers all there are.
-fn picture(rendered: &Rendered, format: Format) -> Cow<'_, Picture> {
+pub fn picture(rendered: &Rendered, format: Format) -> Cow<'_, Picture> {
     if format == Format::Exr { rendered.all_layers() } else { Cow::Borrowed(rendered.shown()) }
 }
 

@@ -1,0 +1,43 @@
+//! Arguments of `view`.
+
+use std::time::Duration;
+
+use clap::Args;
+
+use super::{RenderArgs, values};
+
+/// Arguments of `view`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The page is served to this machine alone, at an address that nobody can guess, and the program ends with Ctrl-C or a while after the page was closed.
+What stands still has the bits of `render` with the command that the page shows. docs/view.md says more.
+
+Examples:
+  raywright view duck.glb                    Look at a model from all sides
+  raywright view preset:cornell --spp 1024   See how its error shrinks
+  raywright view my.scene.toml --watch       See it anew whenever the file is saved")]
+pub struct ViewerArgs {
+    /// What is rendered, and how it begins.
+    #[command(flatten)]
+    pub render: RenderArgs,
+
+    /// Render anew when the scene, an image or a mesh changes on disk, from where the camera stands
+    #[arg(long, help_heading = "Viewer")]
+    pub watch: bool,
+
+    /// Go on when the page has been closed
+    #[arg(long, help_heading = "Viewer", conflicts_with = "linger")]
+    pub keep: bool,
+
+    /// How long the program goes on when the last page has been closed
+    #[arg(long, value_name = "TIME", help_heading = "Viewer", allow_hyphen_values = true, default_value = "1min", value_parser = values::duration)]
+    pub linger: Duration,
+
+    /// Port of the page [default: one that is free]
+    #[arg(long, value_name = "N", help_heading = "Viewer", default_value_t = 0, hide_default_value = true)]
+    pub port: u16,
+
+    /// Print the page's address, and do not open it
+    #[arg(long, help_heading = "Viewer")]
+    pub no_open: bool,
+}

@@ -1,0 +1,199 @@
+//! What is seen as a command: the flags of `render` that the page began with, and those that it changes.
+
+use std::ffi::{OsStr, OsString};
+
+use clap::parser::ValueSource;
+use clap::{ArgAction, ArgMatches, CommandFactory};
+
+use crate::args::Arguments;
+use crate::embedded::Request;
+use crate::failure::{Exit, Failure};
+use crate::origin;
+
+/// A flag by its long name, with its value where it takes one.
+pub type Flag = (String, Option<String>);
+
+/// Flags that the page may give and take. None of them names a file, lifts a limit or allows anything.
+const OF_PAGE: [&str; 31] = [
+    "animation",
+    "at",
+    "camera",
+    "clamp",
+    "crop",
+    "denoise",
+    "exposure",
+    "eye",
+    "fit",
+    "fov",
+    "gamma",
+    "ground",
+    "integrator",
+    "max-depth",
+    "max-error",
+    "precision",
+    "quick",
+    "rung",
+    "scene",
+    "seed",
+    "set",
+    "size",
+    "spp",
+    "studio",
+    "target",
+    "tonemap",
+    "up",
+    "variant",
+    "view",
+    "without",
+    "zoom",
+];
+
+/// Most flags of a page, and bytes of each.
+const MOST_FLAGS: usize = 200;
+const MOST_BYTES: usize = 1000;
+
+/// The command of what is seen.
+#[derive(Clone, Debug)]
+pub struct CommandLine {
+    scene: OsString,
+    /// As they were typed; no page changes them.
+    fixed: Vec<Flag>,
+}
+
+impl CommandLine {
+    /// The flags of `render` among the words of the program, apart into those that are fixed and those that a page may change.
+    pub fn of_program(scene: OsString, words: Vec<OsString>) -> (Self, Vec<Flag>) {
+        let matches = Arguments::command().try_get_matches_from(words).ok();
+        let typed = matches.as_ref().and_then(ArgMatches::subcommand).map(|(_, matches)| typed(matches)).unwrap_or_default();
+        let (own, fixed) = typed.into_iter().partition(|(name, _)| OF_PAGE.contains(&name.as_str()));
+        (Self { scene, fixed }, own)
+    }
+
+    /// Refuses flags that are not a page's.
+    pub fn check(flags: &[Flag]) -> Result<(), Failure> {
+        let refuse = |why: String| Err(Failure::new(Exit::Usage, why));
+        if flags.len() > MOST_FLAGS {
+            return refuse(format!("more than {MOST_FLAGS} flags"));
+        }
+        for (name, value) in flags {
+            let value = value.as_deref().unwrap_or_default();
+            if !OF_PAGE.contains(&name.as_str()) {
+                return refuse("a page has no such flag".to_owned());
+            }
+            if value.len() > MOST_BYTES || value.contains(char::is_control) {
+                return refuse(format!("--{name}: this is no value"));
+            }
+        }
+        Ok(())
+    }
+
+    /// What `render` would do with these flags.
+    pub fn request(&self, flags: &[Flag]) -> Result<Request, Failure> {
+        let word = |(name, value): &Flag| match value {
+            Some(value) => OsString::from(format!("--{name}={value}")),
+            None => OsString::from(format!("--{name}")),
+        };
+        Request::new("render", self.fixed.iter().chain(flags).map(word).collect())
+    }
+
+    /// The words that a shell takes for it.
+    pub fn text(&self, flags: &[Flag]) -> String {
+        let mut words = vec![OsString::from("render"), self.scene.clone()];
+        for (name, value) in self.fixed.iter().chain(flags) {
+            match value.as_deref() {
+                Some(value) if value.starts_with('-') || value.is_empty() => words.push(format!("--{name}={value}").into()),
+                Some(value) => words.extend([format!("--{name}").into(), value.into()]),
+                None => words.push(format!("--{name}").into()),
+            }
+        }
+        origin::command_of(&words)
+    }
+}
+
+/// The flags of `render` that were typed, by their long names.
+fn typed(matches: &ArgMatches) -> Vec<Flag> {
+    let program = Arguments::command();
+    let Some(render) = program.find_subcommand("render") else { return Vec::new() };
+    let mut flags = Vec::new();
+    for arg in render.get_arguments() {
+        let (id, Some(name)) = (arg.get_id().as_str(), arg.get_long()) else { continue };
+        if matches.try_contains_id(id).is_err() || matches.value_source(id) != Some(ValueSource::CommandLine) {
+            continue;
+        }
+        if matches!(arg.get_action(), ArgAction::SetTrue) {
+            flags.push((name.to_owned(), None));
+            continue;
+        }
+        for occurrence in matches.get_raw_occurrences(id).into_iter().flatten() {
+            let value = occurrence.map(OsStr::to_string_lossy).collect::<Vec<_>>().join(",");
+            flags.push((name.to_owned(), Some(value)));
+        }
+    }
+    flags
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn command(words: &str) -> (CommandLine, Vec<Flag>) {
+        let words = ["raywright", "view", "a b.glb"].into_iter().chain(words.split_whitespace()).map(OsString::from).collect();
+        CommandLine::of_program("a b.glb".into(), words)
+    }
+
+    /// Protects: what was typed is what the page begins with and what its command says, lists and switches too; the viewer's own flags are none
+    /// of `render`'s; and what names files or lifts limits stays as it was typed.
+    #[test]
+    fn a_command_is_what_was_typed() {
+        let (line, flags) = command(
+            "--set a=1 --set b=-2 --denoise --without shadows,highlights --at=-1 --allow-outside --env sky.hdr --linger 5s -q",
+        );
+        let names: Vec<&str> = flags.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names.len(), 5, "{names:?}");
+        let text = line.text(&flags);
+        assert!(text.starts_with("raywright render 'a b.glb' "), "{text}");
+        for part in [
+            "--set a=1",
+            "--set b=-2",
+            "--denoise",
+            "--without shadows,highlights",
+            "--at=-1",
+            "--allow-outside",
+            "--env sky.hdr",
+        ] {
+            assert!(text.contains(part), "{part}: {text}");
+        }
+        assert!(!text.contains("linger"), "{text}");
+        assert!(line.request(&flags).is_ok());
+    }
+
+    /// Protects: no page gives a flag that opens a file, writes one, lifts a limit or lets a scene read elsewhere.
+    #[test]
+    fn a_page_has_no_files() {
+        for name in [
+            "output",
+            "env",
+            "allow-outside",
+            "max-memory",
+            "threads",
+            "checkpoint",
+            "resume",
+            "stats",
+            "sheet",
+            "aov",
+            "no-such",
+        ] {
+            assert!(CommandLine::check(&[(name.to_owned(), Some("x".to_owned()))]).is_err(), "{name}");
+        }
+        let known = Arguments::command();
+        let render = known.find_subcommand("render").expect("a command");
+        for name in OF_PAGE {
+            assert!(render.get_arguments().any(|arg| arg.get_long() == Some(name)), "{name}");
+            assert!(CommandLine::check(&[(name.to_owned(), Some("x".to_owned()))]).is_ok(), "{name}");
+        }
+        let long = "x".repeat(MOST_BYTES + 1);
+        assert!(CommandLine::check(&[("set".to_owned(), Some(long))]).is_err());
+        assert!(CommandLine::check(&[("set".to_owned(), Some("a\n".to_owned()))]).is_err());
+        assert!(CommandLine::check(&vec![("denoise".to_owned(), None); MOST_FLAGS + 1]).is_err());
+    }
+}

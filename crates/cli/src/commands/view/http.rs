@@ -1,0 +1,199 @@
+//! HTTP/1.1 as one page on the loopback needs it: a request a connection, each with a bound on its size and its time.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+use httparse::{EMPTY_HEADER, Status};
+
+/// Bytes of a request's line and headers, how many headers, and bytes of its body.
+const MOST_HEAD: usize = 8 << 10;
+const MOST_HEADERS: usize = 48;
+const MOST_BODY: usize = 16 << 10;
+/// How long a request may take to arrive, and each piece of an answer to leave.
+const MOST_TIME: Duration = Duration::from_secs(5);
+
+/// What was asked for.
+#[derive(Debug, Default)]
+pub struct Request {
+    pub method: String,
+    /// Without what follows a question mark.
+    pub path: String,
+    pub query: String,
+    pub host: String,
+    pub origin: Option<String>,
+    /// Where the request comes from, as browsers say it (`Sec-Fetch-Site`).
+    pub site: Option<String>,
+    pub body: Vec<u8>,
+}
+
+/// What is answered.
+pub struct Response {
+    pub status: u16,
+    pub kind: &'static str,
+    /// Further headers, each with its line break.
+    pub headers: String,
+    pub body: Vec<u8>,
+}
+
+impl Response {
+    /// Something that was asked for.
+    pub fn of(kind: &'static str, body: impl Into<Vec<u8>>) -> Self {
+        Self { status: 200, kind, headers: String::new(), body: body.into() }
+    }
+
+    /// Why there is nothing.
+    pub fn refusal(status: u16, why: &str) -> Self {
+        Self { status, ..Self::of("text/plain; charset=utf-8", format!("{why}\n")) }
+    }
+
+    /// Sends it, and ends the connection.
+    pub fn send(&self, stream: &mut TcpStream) -> io::Result<()> {
+        let Self { status, kind, headers, body } = self;
+        let head = format!(
+            "HTTP/1.1 {status} {}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\nCache-Control: no-store\r\n\
+            Content-Security-Policy: {POLICY}\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
+            Cross-Origin-Resource-Policy: same-origin\r\nCross-Origin-Opener-Policy: same-origin\r\n{headers}\r\n",
+            reason(*status),
+            body.len(),
+        );
+        stream.set_write_timeout(Some(MOST_TIME))?;
+        stream.write_all(head.as_bytes())?;
+        stream.write_all(body)?;
+        stream.flush()
+    }
+}
+
+/// The page loads its own script and style and asks its own server, and nobody shows it in a frame.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
+                      base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+fn reason(status: u16) -> &'static str {
+    match status {
+        200 => "OK",
+        400 => "Bad Request",
+        403 => "Forbidden",
+        404 => "Not Found",
+        405 => "Method Not Allowed",
+        408 => "Request Timeout",
+        409 => "Conflict",
+        413 => "Content Too Large",
+        431 => "Request Header Fields Too Large",
+        _ => "Service Unavailable",
+    }
+}
+
+/// Reads a request, or says why it is refused.
+pub fn read(stream: &mut TcpStream) -> Result<Request, Response> {
+    let deadline = Instant::now() + MOST_TIME;
+    let mut bytes = Vec::new();
+    let (mut request, head, length) = loop {
+        if let Some(parsed) = parse(&bytes)? {
+            break parsed;
+        }
+        if bytes.len() > MOST_HEAD {
+            return Err(Response::refusal(431, "the request is too long"));
+        }
+        receive(stream, deadline, &mut bytes)?;
+    };
+    if length > MOST_BODY {
+        return Err(Response::refusal(413, "the request is too long"));
+    }
+    while bytes.len() < head + length {
+        receive(stream, deadline, &mut bytes)?;
+    }
+    request.body = bytes[head..head + length].to_vec();
+    Ok(request)
+}
+
+/// What comes next of a request.
+fn receive(stream: &mut TcpStream, deadline: Instant, bytes: &mut Vec<u8>) -> Result<(), Response> {
+    let late = || Response::refusal(408, "the request did not arrive in time");
+    let left = deadline.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()).ok_or_else(late)?;
+    let mut piece = [0; 4096];
+    let read = stream.set_read_timeout(Some(left)).and_then(|()| stream.read(&mut piece));
+    match read {
+        Ok(0) => Err(Response::refusal(400, "the request is not whole")),
+        Ok(count) => {
+            bytes.extend_from_slice(&piece[..count]);
+            Ok(())
+        }
+        Err(error) if error.kind() == ErrorKind::Interrupted => Ok(()),
+        Err(error) if [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()) => Err(late()),
+        Err(_) => Err(Response::refusal(400, "the request is not whole")),
+    }
+}
+
+/// The request without its body, bytes of its head, and how long its body is; none while the head is not whole.
+fn parse(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, Response> {
+    let wrong = |why: &str| Response::refusal(400, why);
+    let mut headers = [EMPTY_HEADER; MOST_HEADERS];
+    let mut parsed = httparse::Request::new(&mut headers);
+    let head = match parsed.parse(bytes) {
+        Ok(Status::Complete(head)) => head,
+        Ok(Status::Partial) => return Ok(None),
+        Err(httparse::Error::TooManyHeaders) => return Err(Response::refusal(431, "the request has too many headers")),
+        Err(error) => return Err(wrong(&format!("this is no request: {error}"))),
+    };
+    if head > MOST_HEAD {
+        return Err(Response::refusal(431, "the request is too long"));
+    }
+    let (path, query) = match parsed.path.unwrap_or_default().split_once('?') {
+        Some((path, query)) => (path, query),
+        None => (parsed.path.unwrap_or_default(), ""),
+    };
+    let mut request = Request {
+        method: parsed.method.unwrap_or_default().to_owned(),
+        path: path.to_owned(),
+        query: query.to_owned(),
+        ..Request::default()
+    };
+    let (mut hosts, mut length) = (0, None);
+    for header in parsed.headers.iter() {
+        let text = || std::str::from_utf8(header.value).map(str::to_owned).map_err(|_| wrong("a header is no text"));
+        match header.name.to_ascii_lowercase().as_str() {
+            "host" => (request.host, hosts) = (text()?, hosts + 1),
+            "origin" => request.origin = Some(text()?),
+            "sec-fetch-site" => request.site = Some(text()?),
+            // How long a body is, is said once and in one way: two readers of a request must not differ on where it ends.
+            "transfer-encoding" => return Err(wrong("a body of unknown length is not read")),
+            "content-length" => {
+                let value = text()?.parse::<usize>().map_err(|_| wrong("the length of the body is no number"))?;
+                if length.replace(value).is_some() {
+                    return Err(wrong("the length of the body is said twice"));
+                }
+            }
+            _ => {}
+        }
+    }
+    if hosts != 1 {
+        return Err(wrong("a request names one host"));
+    }
+    Ok(Some((request, head, length.unwrap_or(0))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: a request is read as it is written, and what could be read in two ways, or is larger than the page's own, is refused.
+    #[test]
+    fn requests_are_read_or_refused() {
+        let status = |text: &str| parse(text.as_bytes()).map(|parsed| parsed.is_some()).map_err(|refusal| refusal.status);
+        let Ok(Some((request, head, length))) =
+            parse(b"POST /a/b?c=d HTTP/1.1\r\nhost: x:1\r\nOrigin: y\r\nContent-Length: 2\r\n\r\nok")
+        else {
+            panic!("a request")
+        };
+        assert_eq!((request.method.as_str(), request.path.as_str(), request.query.as_str()), ("POST", "/a/b", "c=d"));
+        assert_eq!((request.host.as_str(), request.origin.as_deref(), head, length), ("x:1", Some("y"), 67, 2));
+        assert_eq!(status("GET / HTTP/1.1\r\nHost: a\r\n"), Ok(false));
+        for twice in ["Host: a\r\nHost: b", "Content-Length: 1\r\nContent-Length: 1", "Transfer-Encoding: chunked", "X: y"] {
+            let host = if twice.starts_with("Host") || twice.starts_with('X') { "" } else { "Host: a\r\n" };
+            assert_eq!(status(&format!("GET / HTTP/1.1\r\n{host}{twice}\r\n\r\n")), Err(400), "{twice}");
+        }
+        let many: String = (0..MOST_HEADERS).map(|i| format!("X-{i}: a\r\n")).collect();
+        assert_eq!(status(&format!("GET / HTTP/1.1\r\nHost: a\r\n{many}\r\n")), Err(431));
+        assert_eq!(status("\0\0\0\0"), Err(400));
+    }
+}

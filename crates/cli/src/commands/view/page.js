@@ -1,0 +1,403 @@
+// The page of `raywright view`. It has one state of its own, the flags of a command; all else is what the program says of it.
+
+const $ = id => document.getElementById(id);
+const VIEWS = ["front", "back", "left", "right", "top", "bottom", "iso"];
+const LAYERS = {
+  "": "Colours", stderr: "Error (heat)", albedo: "Albedo", normal: "Normals", depth: "Depth", position: "Positions", object: "Objects",
+  material: "Materials", emission: "Emission",
+};
+const TONE_MAPS = ["none", "aces", "aces-hill", "agx", "khronos-neutral"];
+
+let flags = null; // pairs of a flag's name and its value, null for switches; none before the program has spoken
+let initial = []; // those that the program began with
+let layer = "";
+let status = null; // what the program said last
+let camera = null; // where the camera is, ahead of what the program knows of it
+let sent = { wish: 0, at: 0, busy: false, dirty: false, anew: false };
+
+// ---- the state: flags
+
+const valueOf = name => flags.find(([known]) => known === name)?.[1];
+const drop = (...names) => { flags = flags.filter(([known]) => !names.includes(known)); };
+const put = (name, value) => { drop(name); if (value !== undefined) flags.push([name, value]); };
+const rounded = numbers => numbers.map(x => Number(x.toPrecision(7))).join(",");
+
+/** Tells the program what is to be seen: one request at a time, the last wish being the one that counts. */
+async function wish({ anew = false } = {}) {
+  sent.anew ||= anew;
+  if (sent.busy) { sent.dirty = true; return; }
+  Object.assign(sent, { busy: true, dirty: false });
+  const body = JSON.stringify({ flags, layer, anew: sent.anew });
+  sent.anew = false;
+  const began = performance.now();
+  try {
+    const answer = await fetch("wish", { method: "POST", body });
+    if (answer.ok) Object.assign(sent, { wish: (await answer.json()).wish, at: began });
+    else showFailure(await answer.text());
+  } catch { /* The program has ended, which the next question for its status will find. */ }
+  sent.busy = false;
+  if (sent.dirty) wish();
+}
+
+// ---- what the program says
+
+async function listen() {
+  for (;;) {
+    try {
+      const answer = await fetch(`status?after=${status?.told ?? 0}`);
+      if (!answer.ok) throw new Error(await answer.text());
+      const before = status;
+      status = await answer.json();
+      if (status.told === before?.told) continue;
+      if (status.picture && status.picture !== before?.picture) await draw();
+      show();
+    } catch (error) {
+      $("phase").textContent = "the program has ended";
+      document.body.dataset.phase = "ended";
+      await new Promise(resolve => setTimeout(resolve, 2000));
+    }
+  }
+}
+
+/** Fetches the picture's bytes and draws it; a sketch has larger pixels, and covers the same. */
+async function draw() {
+  const answer = await fetch("picture");
+  const [number, width, height, edge] = answer.headers.get("X-Picture").split(" ").map(Number);
+  const codes = new Uint8ClampedArray(await answer.arrayBuffer());
+  if (codes.length !== 4 * width * height || !codes.length) return;
+  const bitmap = await createImageBitmap(new ImageData(codes, width, height));
+  const canvas = $("picture"), [across, down] = status.size;
+  if (canvas.width !== across || canvas.height !== down) Object.assign(canvas, { width: across, height: down });
+  const context = canvas.getContext("2d");
+  context.clearRect(0, 0, across, down);
+  context.drawImage(bitmap, 0, 0, width * edge, height * edge);
+  Object.assign(document.body.dataset, { picture: number, edge });
+  if (status.wish >= sent.wish && sent.at) {
+    document.body.dataset.latency = (performance.now() - sent.at).toFixed(0);
+    sent.at = 0;
+    if (playing) requestAnimationFrame(advance);
+  }
+}
+
+function show() {
+  const { scene, progress, failure } = status;
+  if (flags === null) [flags, initial, layer] = [status.flags, status.flags, status.layer];
+  showFailure(failure);
+  document.body.dataset.phase = status.phase;
+  $("phase").textContent = [status.phase, status.said].filter(Boolean).join(": ");
+  $("command").textContent = status.command;
+  if (progress) showProgress(progress);
+  if (!scene) return;
+  $("name").textContent = document.title = scene.name;
+  if (!pointers.size && status.wish >= sent.wish) camera = scene.camera;
+  showControls(scene);
+  showEffects();
+}
+
+function showFailure(text) {
+  $("failure").hidden = !text;
+  $("failure").textContent = text ?? "";
+}
+
+const digits = (x, n = 3) => x === 0 ? "0" : Number(x.toPrecision(n)).toString();
+const count = n => n >= 1e6 ? `${(n / 1e6).toFixed(1)} million` : Math.round(n).toLocaleString("en");
+const time = s => s < 1 ? `${Math.round(1000 * s)} ms` : s < 100 ? `${s.toFixed(1)} s` : `${Math.floor(s / 60)} min ${Math.round(s % 60)} s`;
+
+function showProgress(progress) {
+  const { samples: [least, most], of, error, history } = progress;
+  const found = error?.root_relmse, goal = Number($("max-error").value) || progress.max_error;
+  const doubt = error?.doubt ? `, not to be trusted: ${error.doubt.replaceAll("-", " ")}` : "";
+  $("error").textContent = found ? `${digits(found.value)} (${digits(found.low)} to ${digits(found.high)})${doubt}`
+    : progress.exact ? "none that samples could tell: nothing here is by chance" : "not known yet";
+  // Noise falls with the root of the samples, and samples come with time.
+  const toGoal = goal && found?.high ? Math.max(0, progress.seconds * ((found.high / goal) ** 2 - 1)) : null;
+  const rows = [
+    ["Samples", `${least === most ? most : `${least} to ${most}`}${of ? ` of ${of}` : ""}`],
+    ["Rays a second", count(progress.rays_per_second)],
+    ["Time", time(progress.seconds) + (progress.seconds_left ? `, ${time(progress.seconds_left)} left` : "")],
+    ["To the error", goal ? (toGoal === null ? "not known yet" : toGoal === 0 ? "reached" : `about ${time(toGoal)}`) : "none is asked for"],
+    ["First picture", `${Math.round(progress.first_ms)} ms after the change`],
+    ...(progress.hash ? [["SHA-256", progress.hash]] : []),
+  ];
+  $("numbers").replaceChildren(...rows.flatMap(([name, text]) => [element("dt", {}, name), element("dd", {}, text)]));
+  chart(history.filter(([, , value, low, high]) => value > 0 && low > 0 && Number.isFinite(high)), goal);
+  Object.assign(document.body.dataset, { samples: least, hash: progress.hash ?? "", stages: history.length });
+}
+
+/** The error over the samples, which are in doublings, as they come: a line that falls to nothing, and a band about it that closes. */
+function chart(history, goal) {
+  const [left, right, top, bottom] = [38, 314, 8, 132];
+  const log = Math.log2, samples = history.map(stage => stage[1]);
+  const [x0, x1] = [log(Math.min(...samples)), log(Math.max(...samples))];
+  // The first estimates are of few samples, and may be of any width.
+  const most = Math.max(goal || 0, ...history.map(([, , value, , high]) => Math.min(high, 2 * value)));
+  const x = n => left + (right - left) * (x1 > x0 + 0.01 ? (log(n) - x0) / (x1 - x0) : 0.5);
+  const y = e => bottom - (bottom - top) * Math.min(1, e / most);
+  const path = points => points.length ? "M" + points.map(([a, b]) => `${a.toFixed(2)},${b.toFixed(2)}`).join("L") : "";
+  const upper = history.map(stage => [x(stage[1]), y(stage[4])]), lower = history.map(stage => [x(stage[1]), y(stage[3])]);
+  $("band").setAttribute("d", history.length ? path([...upper, ...lower.reverse()]) + "Z" : "");
+  $("line").setAttribute("d", path(history.map(stage => [x(stage[1]), y(stage[2])])));
+  $("goal").setAttribute("d", goal && history.length ? path([[left, y(goal)], [right, y(goal)]]) : "");
+  if (!history.length) { $("ticks").replaceChildren(); return; }
+  const step = 10 ** Math.floor(Math.log10(most)), marks = [];
+  for (let e = 0; e <= most; e += most < 2 * step ? step / 2 : most < 5 * step ? step : 2 * step) {
+    marks.push([path([[left, y(e)], [right, y(e)]]), 2, y(e) + 3, digits(e, 2)]);
+  }
+  for (const n of new Set([Math.min(...samples), Math.max(...samples)])) marks.push(["", x(n) - (x(n) > 200 ? 34 : 0), 146, `${n} spp`]);
+  $("ticks").replaceChildren(...marks.flatMap(([d, at, up, text]) => [vector("path", { d }), vector("text", { x: at, y: up }, text)]));
+}
+
+function element(name, attributes = {}, ...children) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.append(...children);
+  return made;
+}
+
+function vector(name, attributes, text = "") {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.textContent = text;
+  return made;
+}
+
+/** Makes the content of an element anew where what it shows has changed, so that what has the focus keeps it. */
+const made = new Map();
+function refresh(id, what, make) {
+  const key = JSON.stringify(what);
+  if (made.get(id) === key) return;
+  made.set(id, key);
+  $(id).replaceChildren(...make());
+}
+
+/** A control's value, unless someone is at it. */
+const set = (id, value) => { if (document.activeElement !== $(id)) $(id).value = value; };
+
+function options(select, entries, chosen) {
+  select.replaceChildren(...entries.map(([value, text]) => element("option", { value }, text)));
+  select.value = chosen;
+}
+
+function showControls(scene) {
+  set("exposure", scene.exposure);
+  $("exposure-value").textContent = `${scene.exposure} stops`;
+  set("tonemap", scene.tonemap);
+  set("layer", layer);
+  $("denoise").checked = scene.denoise;
+  set("spp", valueOf("spp") ?? "");
+  set("max-error", valueOf("max-error") ?? "");
+  $("time").hidden = scene.seconds === null;
+  if (scene.seconds !== null) {
+    $("at").max = scene.seconds;
+    set("at", scene.at);
+    $("at-value").textContent = `${Number($("at").value).toFixed(2)} s`;
+  }
+  const named = (names, first) => [["", first], ...names.map((name, i) => [name || String(i), name || `number ${i}`])];
+  const lists = [
+    ["camera", "Camera", scene.cameras, "the first"], ["scene", "Scene", scene.scenes, "the file's"],
+    ["variant", "Variant", scene.variants, "the file's"], ["animation", "Animation", scene.animations, "all"],
+  ].filter(([name, , names]) => names.length > (name === "variant" ? 0 : 1));
+  refresh("choices", lists, () => lists.flatMap(([name, title, names, first]) => {
+    const select = element("select", { id: `choose-${name}` });
+    options(select, named(names, first), valueOf(name) ?? "");
+    select.addEventListener("change", () => {
+      if (name === "camera") drop("eye", "target", "view");
+      put(name, select.value || undefined);
+      wish();
+    });
+    return [element("label", { for: select.id }, title), select];
+  }));
+  const parameters = Object.entries(scene.parameters);
+  refresh("parameters", parameters.map(([name]) => name), () => parameters.flatMap(([name, value]) => slider(name, value)));
+  refresh("notes", scene.notes, () => scene.notes.map(note => element("li", {}, note)));
+}
+
+/** A parameter of the scene, from nothing or its opposite to twice what it is. */
+function slider(name, value) {
+  const reach = Math.abs(value) || 1, id = `set-${name}`;
+  const input = element("input", { id, type: "range", min: value < 0 || value === 0 ? -2 * reach : 0, max: 2 * reach, step: reach / 100 });
+  const output = element("output", { for: id }, digits(value));
+  input.value = value;
+  input.addEventListener("input", () => {
+    output.textContent = digits(Number(input.value));
+    flags = flags.filter(([known, text]) => known !== "set" || !text.startsWith(`${name}=`));
+    flags.push(["set", `${name}=${input.value}`]);
+    wish();
+  });
+  return [element("label", { for: id }, name), element("span", { class: "row" }, input, output)];
+}
+
+function showEffects() {
+  const off = flags.filter(([name]) => name === "without").flatMap(([, value]) => value.split(","));
+  const shown = status.effects.filter(effect => effect.status !== "absent" || off.includes(effect.word));
+  refresh("effects", [shown, off], () => shown.map(effect => {
+    const box = element("input", { type: "checkbox", id: `effect-${effect.word}` });
+    box.checked = effect.status === "simulated";
+    box.disabled = !effect.can_switch;
+    box.addEventListener("change", () => {
+      drop("without");
+      const without = box.checked ? off.filter(word => word !== effect.word) : [...off, effect.word];
+      if (without.length) flags.push(["without", without.join(",")]);
+      wish();
+    });
+    const cost = effect.cost === null ? "" : ` (${effect.cost < 0 ? "" : "+"}${Math.round(100 * effect.cost)} % time)`;
+    return element("li", {}, box, element("label", { for: box.id }, ` ${effect.name}${cost}`), element("small", {}, effect.because));
+  }));
+}
+
+// ---- the camera
+
+const add = (a, b, s = 1) => a.map((x, i) => x + s * b[i]);
+const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
+const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
+const unit = a => { const length = Math.hypot(...a) || 1; return a.map(x => x / length); };
+
+/** Puts the camera somewhere, in the words of the command. */
+function move(eye, target) {
+  camera = { ...camera, eye, target };
+  drop("view");
+  put("eye", rounded(eye));
+  put("target", rounded(target));
+  wish();
+}
+
+/** Turns the camera about its target; it does not go over the top. */
+function orbit(turn, rise) {
+  if (!camera) return;
+  const up = unit(camera.up), arm = add(camera.eye, camera.target, -1), length = Math.hypot(...arm);
+  const height = Math.asin(Math.max(-1, Math.min(1, dot(arm, up) / length)));
+  const raised = Math.max(-1.55, Math.min(1.55, height + rise));
+  let level = add(arm, up, -dot(arm, up));
+  if (Math.hypot(...level) < 1e-6 * length) level = cross(up, Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 0, 1]);
+  level = unit(level);
+  const side = cross(up, level);
+  const ahead = add(level.map(x => x * Math.cos(turn)), side, Math.sin(turn));
+  const direction = add(ahead.map(x => x * Math.cos(raised)), up, Math.sin(raised));
+  move(add(camera.target, direction, length), camera.target);
+}
+
+/** Moves the camera across what it shows, by shares of the picture's height. */
+function pan(across, down) {
+  if (!camera) return;
+  const arm = add(camera.eye, camera.target, -1), back = unit(arm), right = unit(cross(unit(camera.up), back)), up = cross(back, right);
+  const height = 2 * Math.hypot(...arm) * Math.tan((camera.fov ?? 40) * Math.PI / 360);
+  const by = add(right.map(x => -x * across * height), up, down * height);
+  move(add(camera.eye, by), add(camera.target, by));
+}
+
+/** Comes nearer; where rays are parallel the picture is enlarged in place of that. */
+function zoom(factor) {
+  if (!camera) return;
+  if (camera.fov === null) {
+    put("zoom", String(Number((Number(valueOf("zoom") ?? 1) * factor).toPrecision(4))));
+    wish();
+  } else {
+    move(add(camera.target, add(camera.eye, camera.target, -1), 1 / factor), camera.target);
+  }
+}
+
+function home() {
+  const own = ["camera", "eye", "target", "view", "zoom", "fov"];
+  drop(...own);
+  flags.push(...initial.filter(([name]) => own.includes(name)));
+  wish();
+}
+
+const pointers = new Map();
+const apart = () => { const [a, b] = [...pointers.values()]; return Math.hypot(a.x - b.x, a.y - b.y); };
+
+$("picture").addEventListener("pointerdown", event => {
+  $("picture").setPointerCapture(event.pointerId);
+  pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+});
+$("picture").addEventListener("pointermove", event => {
+  const before = pointers.get(event.pointerId);
+  if (!before) return;
+  const height = $("picture").clientHeight || 1, [dx, dy] = [event.clientX - before.x, event.clientY - before.y];
+  const distance = pointers.size === 2 ? apart() : 0;
+  pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+  if (pointers.size === 2) {
+    pan(dx / height / 2, dy / height / 2);
+    if (distance > 0) zoom(apart() / distance);
+  } else if (event.shiftKey || event.buttons & 6) {
+    pan(dx / height, dy / height);
+  } else {
+    orbit(-dx / height * 3, dy / height * 3);
+  }
+});
+for (const end of ["pointerup", "pointercancel"]) $("picture").addEventListener(end, event => pointers.delete(event.pointerId));
+$("picture").addEventListener("contextmenu", event => event.preventDefault());
+$("picture").addEventListener("wheel", event => {
+  event.preventDefault();
+  zoom(Math.exp(-Math.sign(event.deltaY) * Math.min(0.25, Math.abs(event.deltaY) / 500)));
+}, { passive: false });
+
+const KEYS = {
+  ArrowLeft: shift => shift ? pan(0.05, 0) : orbit(-0.1, 0), ArrowRight: shift => shift ? pan(-0.05, 0) : orbit(0.1, 0),
+  ArrowUp: shift => shift ? pan(0, 0.05) : orbit(0, 0.1), ArrowDown: shift => shift ? pan(0, -0.05) : orbit(0, -0.1),
+  "+": () => zoom(1.1), "=": () => zoom(1.1), "-": () => zoom(1 / 1.1), Home: home, " ": () => wish({ anew: true }),
+};
+document.addEventListener("keydown", event => {
+  const isFree = event.target === document.body || event.target === $("picture");
+  if (!isFree || event.ctrlKey || event.altKey || event.metaKey || !KEYS[event.key] || flags === null) return;
+  event.preventDefault();
+  KEYS[event.key](event.shiftKey);
+});
+
+// ---- the other controls
+
+for (const view of VIEWS) {
+  const button = element("button", { type: "button" }, view);
+  button.addEventListener("click", () => { drop("camera", "eye", "target", "fit"); put("view", view); wish(); });
+  $("views").append(button);
+}
+const homeButton = element("button", { type: "button" }, "home");
+homeButton.addEventListener("click", home);
+$("views").append(homeButton);
+
+options($("layer"), Object.entries(LAYERS), "");
+options($("tonemap"), TONE_MAPS.map(name => [name, name]), "none");
+$("layer").addEventListener("change", () => { layer = $("layer").value; wish(); });
+$("tonemap").addEventListener("change", () => { put("tonemap", $("tonemap").value); wish(); });
+$("exposure").addEventListener("input", () => { put("exposure", $("exposure").value); wish(); });
+$("denoise").addEventListener("change", () => { drop("denoise", "quick"); if ($("denoise").checked) flags.push(["denoise", null]); wish(); });
+for (const name of ["spp", "max-error"]) {
+  $(name).addEventListener("change", () => { drop("quick"); put(name, $(name).value || undefined); wish(); });
+}
+$("measure").addEventListener("click", () => fetch("measure", { method: "POST" }));
+
+let playing = false, moment = 0;
+$("at").addEventListener("input", () => { put("at", $("at").value); wish(); });
+$("play").addEventListener("click", () => {
+  playing = !playing;
+  $("play").setAttribute("aria-pressed", playing);
+  moment = performance.now();
+  if (playing) advance();
+});
+
+/** The next moment of what moves: as much later as it is by now. */
+function advance() {
+  if (!playing) return;
+  const now = performance.now(), seconds = Number($("at").max);
+  $("at").value = (Number($("at").value) + (now - moment) / 1000) % seconds;
+  moment = now;
+  put("at", $("at").value);
+  wish();
+}
+
+$("copy").addEventListener("click", async () => {
+  await navigator.clipboard.writeText($("command").textContent);
+  $("saved").textContent = "copied";
+});
+$("save").addEventListener("submit", async event => {
+  event.preventDefault();
+  const save = async replace => fetch("save", { method: "POST", body: JSON.stringify({ name: $("file").value, replace }) });
+  let answer = await save(false), text = await answer.text();
+  if (answer.status === 409 && confirm(`${text.trim()}. Replace it?`)) {
+    answer = await save(true);
+    text = await answer.text();
+  }
+  $("saved").textContent = text;
+});
+
+listen();

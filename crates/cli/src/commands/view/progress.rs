@@ -1,0 +1,262 @@
+//! A picture in the making: a sketch at once, finer ones, and the render, in pieces that leave room for other wishes.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use raywright_core::film::{Film, Uncertainty};
+use raywright_core::settings::Aov;
+use raywright_core::{Observer, Ready, RenderStage, Rendered};
+
+use super::shared::Shared;
+use super::status::Progress;
+
+/// How long the first sketch may take, about, of the tenth of a second in which it is to be there.
+const SKETCH: f64 = 0.045;
+/// Pixels of a sketch that are rendered in a second, before any is known.
+const FIRST_GUESS: f64 = 300_000.0;
+/// Largest pixels of a sketch.
+const LARGEST: u32 = 16;
+/// How long pieces of a render take, at least and at most.
+const PIECES: [Duration; 2] = [Duration::from_millis(120), Duration::from_millis(1500)];
+/// The first stage has one sample in so many.
+const FIRST_STAGE: u64 = 128;
+/// What is looked at takes one part in so many of the time: estimates, denoising.
+const ERROR_SHARE: u32 = 10;
+const DENOISE_SHARE: u32 = 4;
+/// Estimates that are kept.
+const MOST_HISTORY: usize = 300;
+
+/// Looks on for the viewer: stops for a newer wish, and pauses at a time.
+pub struct Look<'a> {
+    pub shared: &'a Shared,
+    pub stop: &'a AtomicBool,
+    /// The wish that is fulfilled; none: nothing else is waited for.
+    pub wish: Option<u64>,
+    pub until: Option<Instant>,
+    /// Samples of all pixels at which it pauses; none: it does not.
+    pub most: u64,
+    /// Samples of all pixels, taken and to be taken.
+    pub done: [AtomicU64; 2],
+    pub paused: AtomicBool,
+}
+
+impl<'a> Look<'a> {
+    /// Stops where the program does, and for another wish than this one.
+    pub fn new(shared: &'a Shared, stop: &'a AtomicBool, wish: Option<u64>) -> Self {
+        Self { shared, stop, wish, until: None, most: u64::MAX, done: Default::default(), paused: AtomicBool::new(false) }
+    }
+}
+
+impl Observer for Look<'_> {
+    fn progress(&self, done: u64, total: u64) {
+        self.done[0].store(done, Ordering::Relaxed);
+        self.done[1].store(total, Ordering::Relaxed);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.wish.is_some_and(|wish| self.shared.is_interrupted(wish))
+    }
+
+    fn has_enough(&self, _everywhere: bool) -> bool {
+        let has_most = self.done[0].load(Ordering::Relaxed) >= self.most;
+        let has_enough = has_most || self.until.is_some_and(|until| Instant::now() >= until);
+        if has_enough {
+            self.paused.store(true, Ordering::Relaxed);
+        }
+        has_enough
+    }
+}
+
+/// Pixels of sketches that are rendered in a second, as the last one had it.
+pub struct Speed(f64);
+
+impl Default for Speed {
+    fn default() -> Self {
+        Self(FIRST_GUESS)
+    }
+}
+
+impl Speed {
+    /// How large the pixels of a first sketch are, so that it takes the time that it may.
+    pub fn edge(&self, [width, height]: [u32; 2]) -> u32 {
+        let pixels = f64::from(width) * f64::from(height);
+        ((pixels / (self.0 * SKETCH)).sqrt().ceil() as u32).clamp(1, LARGEST)
+    }
+
+    fn measure(&mut self, pixels: usize, time: Duration) {
+        // A sketch that a large tile or another program held up says less than those before it.
+        self.0 = 0.5 * self.0 + 0.5 * (pixels as f64 / time.as_secs_f64().max(1e-4)).min(1e8);
+    }
+}
+
+/// A render with what it took.
+pub struct Painting {
+    pub film: Film,
+    /// Pixels of the next sketch; none: there is no other one.
+    next_edge: Option<u32>,
+    spent: Duration,
+    piece: Duration,
+    /// Samples of all pixels that the next stage has at most: each has about twice those of the one before, or is as long as a piece may be.
+    next_stage: u64,
+    estimated: Option<(Duration, Duration)>,
+    denoised: Option<(Duration, Duration)>,
+    pub progress: Progress,
+    /// What is shown now, once there is more than a sketch.
+    pub rendered: Option<Rendered>,
+    pub is_done: bool,
+}
+
+impl Painting {
+    /// Nothing is there yet.
+    pub fn new(ready: &Ready) -> Self {
+        let film = ready.film("");
+        let progress = Progress {
+            of: film.asked(),
+            max_error: ready.settings().max_error,
+            exact: !ready.is_by_chance() || ready.settings().sampling.is_fixed(),
+            ..Progress::default()
+        };
+        let pixels = film.size().into_iter().map(u64::from).product::<u64>();
+        Self {
+            // Where the error decides, nobody knows how many there will be.
+            next_stage: film.asked().map_or(u64::MAX, |samples| (pixels * u64::from(samples)).div_ceil(FIRST_STAGE)),
+            film,
+            next_edge: None,
+            spent: Duration::ZERO,
+            piece: PIECES[0],
+            estimated: None,
+            denoised: None,
+            progress,
+            rendered: None,
+            is_done: false,
+        }
+    }
+
+    /// A look at once: nothing but the end of the program interrupts it.
+    pub fn first_sketch(&mut self, ready: &Ready, layers: &[Aov], speed: &mut Speed, look: &Look<'_>) -> (Rendered, u32) {
+        let edge = speed.edge(ready.settings().size);
+        let began = Instant::now();
+        let sketch = ready.sketch(edge, 1, layers, look);
+        speed.measure(sketch.picture.pixels(), began.elapsed());
+        self.next_edge = (edge > 1).then_some(edge / 2);
+        (sketch, edge)
+    }
+
+    /// A finer look, until that would take as long as the render's own first pass; none where there is no further one or it was interrupted.
+    pub fn next_sketch(&mut self, ready: &Ready, layers: &[Aov], look: &Look<'_>) -> Option<(Rendered, u32)> {
+        let edge = self.next_edge.take()?;
+        let sketch = ready.sketch(edge, 1, layers, look);
+        self.next_edge = (edge > 1).then_some(edge / 2);
+        sketch.finished.then_some((sketch, edge))
+    }
+
+    /// Whether anything is left to be done.
+    pub fn has_more(&self) -> bool {
+        !self.is_done
+    }
+
+    /// Renders a piece of the picture; whether there is something new to show.
+    pub fn step(&mut self, ready: &Ready, mut look: Look<'_>) -> bool {
+        let began = Instant::now();
+        (look.until, look.most) = (Some(began + self.piece), self.next_stage);
+        let whole = self.film.whole();
+        // The film is this picture's own.
+        let _ = ready.render_part(&mut self.film, &whole, &look);
+        self.spent += began.elapsed();
+        let was_paused = look.paused.load(Ordering::Relaxed);
+        let lacks = self.film.lacking(&whole) > 0;
+        let is_cancelled = look.cancelled();
+        // Where samples go where the error is, each round that ends decides about a next one.
+        let goes_on = was_paused && ready.settings().max_error.is_some();
+        self.is_done = !(lacks || is_cancelled || goes_on);
+        self.next_stage = self.next_stage.max(look.done[0].load(Ordering::Relaxed)).saturating_mul(2);
+        self.account(&look);
+        if is_cancelled || self.progress.samples[0] == 0 {
+            return false;
+        }
+        let shown = Instant::now();
+        let is_new = self.develop(&look);
+        self.piece = (4 * shown.elapsed()).max(self.piece * 3 / 2).clamp(PIECES[0], PIECES[1]);
+        is_new
+    }
+
+    /// What the render took so far.
+    fn account(&mut self, look: &Look<'_>) {
+        let samples = self.film.samples(&self.film.whole());
+        let [done, total] = look.done.each_ref().map(|count| count.load(Ordering::Relaxed) as f64);
+        let seconds = self.spent.as_secs_f64();
+        let progress = &mut self.progress;
+        progress.samples = [*samples.start(), *samples.end()];
+        progress.seconds = seconds;
+        progress.rays_per_second = self.film.counters().rays() as f64 / seconds.max(1e-6);
+        progress.seconds_left = match self.is_done {
+            true => Some(0.0),
+            false => (done > 0.0 && progress.max_error.is_none()).then(|| seconds * (total - done).max(0.0) / done),
+        };
+    }
+
+    /// Makes the picture and its error of the samples that there are, as far as that takes little of the time.
+    fn develop(&mut self, look: &Look<'_>) -> bool {
+        let is_due = |last: Option<(Duration, Duration)>, share: u32, spent: Duration| {
+            last.is_none_or(|(at, took)| spent.saturating_sub(at) >= took * share)
+        };
+        let stage = RenderStage::of(&self.film);
+        if self.is_done || is_due(self.estimated, ERROR_SHARE, self.spent) {
+            let began = Instant::now();
+            self.progress.error = stage.error();
+            self.estimated = Some((self.spent, began.elapsed()));
+            self.progress.error.iter().for_each(|error| remember(&mut self.progress.history, self.spent, &stage, error));
+        }
+        if !self.film.is_to_be_denoised() {
+            self.rendered = Some(stage.rendered(look));
+            return true;
+        }
+        if !self.is_done && !is_due(self.denoised, DENOISE_SHARE, self.spent) {
+            return false;
+        }
+        let began = Instant::now();
+        let rendered = stage.rendered(look);
+        // What was interrupted is no news, and done once more.
+        if look.cancelled() {
+            self.is_done = false;
+            return false;
+        }
+        self.denoised = Some((self.spent, began.elapsed()));
+        self.rendered = Some(rendered);
+        true
+    }
+}
+
+/// Adds an estimate to those before it; of very many, every other one is given up.
+fn remember(history: &mut Vec<[f64; 5]>, spent: Duration, stage: &RenderStage<'_>, error: &Uncertainty) {
+    let of = error.root_relmse;
+    let samples = f64::from(*stage.samples().start());
+    if history.last().is_some_and(|last| last[1] == samples) {
+        history.pop();
+    }
+    history.push([spent.as_secs_f64(), samples, of.value, of.low, of.high]);
+    if history.len() > MOST_HISTORY {
+        let mut place = 0;
+        history.retain(|_| {
+            place += 1;
+            place % 2 == 1
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: a first sketch has pixels so large that it takes its time, whatever the size of the picture and the speed.
+    #[test]
+    fn sketches_take_their_time() {
+        assert_eq!(Speed(1e9).edge([640, 360]), 1);
+        assert_eq!(Speed(1.0).edge([640, 360]), LARGEST);
+        let mut speed = Speed::default();
+        let before = speed.edge([1280, 720]);
+        (0..8).for_each(|_| speed.measure(1000, Duration::from_millis(20)));
+        let edge = speed.edge([1280, 720]);
+        assert!(edge > before, "{edge} {before}");
+    }
+}

@@ -1,0 +1,77 @@
+//! Writing the picture under a name that the page asks for: beside the working folder's files, by the rules of every other output.
+
+use std::path::{Component, Path, PathBuf};
+
+use raywright_core::Rendered;
+use raywright_core::display::Display;
+use raywright_io::Inputs;
+use raywright_io::output::{Format, Metadata, write_picture_as, write_unnamed_picture};
+
+use super::shared::SaveWish;
+use crate::commands::render::write;
+use crate::failure::Failure;
+use crate::targets::Outputs;
+
+/// Writes it; a status of HTTP with what there is to say.
+pub fn save(wish: &SaveWish, rendered: &Rendered, display: Display, metadata: &Metadata, inputs: &Inputs) -> (u16, String) {
+    let Some(path) = plain_name(&wish.name) else {
+        return (400, "a name is wanted without a folder, such as picture.png".to_owned());
+    };
+    let refused = |failure: Failure| (400, failure.message);
+    let format = match Format::of(&path) {
+        Ok(format) => format,
+        Err(error) => return refused(error.into()),
+    };
+    let mut outputs = Outputs::default();
+    if let Err(failure) = outputs.add(&path, "another name").and_then(|()| outputs.keep_clear_of(inputs)) {
+        return refused(failure);
+    }
+    let name = wish.name.as_str();
+    match path.symlink_metadata() {
+        Ok(there) if !there.is_file() => return (400, format!("{name} is there, and it is no file that could be replaced")),
+        Ok(_) if !wish.replace => return (409, format!("{name} is there already")),
+        _ => {}
+    }
+    let picture = write::picture(rendered, format);
+    let written = match wish.replace {
+        true => write_picture_as(&path, format, &picture, display, metadata),
+        // What has come meanwhile is not replaced either.
+        false => {
+            let is_free = |other: &Path| other == path && other.symlink_metadata().is_err();
+            write_unnamed_picture(&path, &picture, display, metadata, is_free).map(|_| ())
+        }
+    };
+    match written {
+        Ok(()) => (200, format!("wrote {name}")),
+        Err(error) => (400, error.to_string()),
+    }
+}
+
+/// The path of a name that is nothing but a name, on every system.
+fn plain_name(name: &str) -> Option<PathBuf> {
+    let is_odd = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
+    if name.len() > 200 || name.starts_with(['.', '-', '~']) || name.contains(is_odd) {
+        return None;
+    }
+    let path = PathBuf::from(name);
+    let mut parts = path.components();
+    let is_plain = matches!((parts.next(), parts.next()), (Some(Component::Normal(_)), None));
+    is_plain.then_some(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: no name leads out of the working folder, to a hidden file or to a device.
+    #[test]
+    fn names_have_no_folder() {
+        for name in
+            ["", ".", "..", "../a.png", "/a.png", "a/b.png", r"a\b.png", "c:a.png", ".a.png", "-a.png", "a\n.png", "~a.png"]
+        {
+            assert_eq!(plain_name(name), None, "{name}");
+        }
+        assert_eq!(plain_name("a b-1.png"), Some(PathBuf::from("a b-1.png")));
+        assert_eq!(plain_name(&"a".repeat(201)), None);
+    }
+}

@@ -1,0 +1,252 @@
+//! The page and what it asks for, for this machine alone.
+
+use std::collections::hash_map::RandomState;
+use std::hash::BuildHasher;
+use std::io;
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::sync_channel;
+use std::thread;
+use std::time::Duration;
+
+use serde::Deserialize;
+use serde_json::json;
+
+use super::flags::CommandLine;
+use super::http::{Request, Response, read};
+use super::shared::{Job, SaveWish, Shared, Wish};
+
+/// Connections at a time.
+const MOST_CONNECTIONS: usize = 32;
+/// How long a page waits for news before it is told the same again.
+const NEWS: Duration = Duration::from_secs(5);
+/// How long a page waits for its file: a denoised picture may be in the making.
+const SAVING: Duration = Duration::from_secs(120);
+
+const PAGE: &str = include_str!("page.html");
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+
+/// The server of one page.
+pub struct Server {
+    listener: TcpListener,
+    /// Who may be meant: this machine by its address, or by its name for it.
+    hosts: [String; 2],
+    token: String,
+    shared: Arc<Shared>,
+}
+
+/// 128 bits that nobody can guess: the standard library keys its hash function by random numbers of the system, and its values of different
+/// numbers tell nothing of each other.
+fn token() -> String {
+    let keyed = RandomState::new();
+    (0..2).map(|half: u8| format!("{:016x}", keyed.hash_one(half))).collect()
+}
+
+impl Server {
+    /// Listens on this machine's loopback; port 0 is any that is free.
+    pub fn start(port: u16, shared: Arc<Shared>) -> io::Result<Self> {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
+        let port = listener.local_addr()?.port();
+        Ok(Self { listener, hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}")), token: token(), shared })
+    }
+
+    /// Where the page is.
+    pub fn address(&self) -> String {
+        format!("http://{}/{}/", self.hosts[0], self.token)
+    }
+
+    /// Answers requests, each on a thread of its own, until the program ends.
+    pub fn serve(self) {
+        let (server, busy) = (Arc::new(self), Arc::new(AtomicUsize::new(0)));
+        for stream in server.listener.incoming() {
+            let Ok(mut stream) = stream else {
+                // Too many files are open, say: whoever has them needs time.
+                thread::sleep(Duration::from_millis(50));
+                continue;
+            };
+            if busy.fetch_add(1, Ordering::Relaxed) >= MOST_CONNECTIONS {
+                busy.fetch_sub(1, Ordering::Relaxed);
+                // Whoever does not hear this has gone.
+                let _ = Response::refusal(503, "too many connections").send(&mut stream);
+                continue;
+            }
+            let (server, own) = (server.clone(), busy.clone());
+            let answer = move || {
+                server.answer(&mut stream);
+                own.fetch_sub(1, Ordering::Relaxed);
+            };
+            if thread::Builder::new().spawn(answer).is_err() {
+                busy.fetch_sub(1, Ordering::Relaxed);
+            }
+        }
+    }
+
+    fn answer(&self, stream: &mut TcpStream) {
+        let response = match read(stream) {
+            Ok(request) => self.respond(&request),
+            Err(refusal) => refusal,
+        };
+        // Whoever does not hear this has gone.
+        let _ = response.send(stream);
+    }
+
+    /// The answer to a request. Pages of other sites can send requests here, through a name that they let point to this machine too; so the host
+    /// that is meant, the page that asks and the token are looked at first.
+    fn respond(&self, request: &Request) -> Response {
+        let is_own = |origin: &str| self.hosts.iter().any(|host| origin.strip_prefix("http://") == Some(host));
+        let is_read = request.method == "GET";
+        if !self.hosts.contains(&request.host) {
+            return Response::refusal(403, "this is not the host that is meant");
+        }
+        if request.origin.as_deref().is_some_and(|origin| !is_own(origin)) || !is_read && request.origin.is_none() {
+            return Response::refusal(403, "pages of other sites are not answered");
+        }
+        let site = request.site.as_deref().unwrap_or("none");
+        let Some(path) =
+            request.path.strip_prefix('/').and_then(|path| path.split_once('/')).filter(|(token, _)| self.is_token(token))
+        else {
+            return Response::refusal(403, "the address is not that of the page: take the one that the program printed");
+        };
+        // A link from elsewhere may lead to the page, by whoever has its address; all else is the page's.
+        if !(["same-origin", "none"].contains(&site) || is_read && path.1.is_empty()) {
+            return Response::refusal(403, "pages of other sites are not answered");
+        }
+        match (request.method.as_str(), path.1) {
+            ("GET", "") => Response::of("text/html; charset=utf-8", PAGE),
+            ("GET", "page.css") => Response::of("text/css; charset=utf-8", STYLE),
+            ("GET", "page.js") => Response::of("text/javascript; charset=utf-8", SCRIPT),
+            ("GET", "status") => self.status(&request.query),
+            ("GET", "picture") => self.picture(),
+            ("POST", "wish") => self.wish(&request.body),
+            ("POST", "save") => self.save(&request.body),
+            ("POST", "measure") => self.measure(),
+            ("GET" | "POST", _) => Response::refusal(404, "there is no such thing here"),
+            _ => Response::refusal(405, "GET and POST are known"),
+        }
+    }
+
+    /// Whether that is the token, in a time that does not tell how much of it is.
+    fn is_token(&self, word: &str) -> bool {
+        let differs = word.bytes().zip(self.token.bytes()).fold(0, |differs, (a, b)| differs | (a ^ b));
+        word.len() == self.token.len() && differs == 0
+    }
+
+    /// What there is to say, once it is not what the page was told before.
+    fn status(&self, query: &str) -> Response {
+        let told = query.strip_prefix("after=").and_then(|number| number.parse().ok()).unwrap_or(0);
+        self.shared.hear();
+        Response::of("application/json", self.shared.status_after(told, NEWS).as_bytes())
+    }
+
+    /// The picture as bytes, with its number, its size and how large its pixels are.
+    fn picture(&self) -> Response {
+        let frame = self.shared.frame();
+        let [width, height] = frame.size;
+        let headers = format!("X-Picture: {} {width} {height} {}\r\n", frame.number, frame.edge);
+        Response { headers, ..Response::of("application/octet-stream", frame.codes.clone()) }
+    }
+
+    fn wish(&self, body: &[u8]) -> Response {
+        let wish: Wish = match parsed(body) {
+            Ok(wish) => wish,
+            Err(refusal) => return refusal,
+        };
+        match CommandLine::check(&wish.flags) {
+            Ok(()) => Response::of("application/json", json!({ "wish": self.shared.wish(wish) }).to_string()),
+            Err(failure) => Response::refusal(400, &failure.message),
+        }
+    }
+
+    fn save(&self, body: &[u8]) -> Response {
+        let wish: SaveWish = match parsed(body) {
+            Ok(wish) => wish,
+            Err(refusal) => return refusal,
+        };
+        let (tell, hear) = sync_channel(1);
+        if !self.shared.add_job(Job::Save(wish, tell)) {
+            return Response::refusal(503, "too much is being done");
+        }
+        match hear.recv_timeout(SAVING) {
+            Ok((status, text)) => Response::refusal(status, &text),
+            Err(_) => Response::refusal(503, "the file is not written yet"),
+        }
+    }
+
+    fn measure(&self) -> Response {
+        match self.shared.add_job(Job::Measure) {
+            true => Response::of("application/json", "{}"),
+            false => Response::refusal(503, "too much is being done"),
+        }
+    }
+}
+
+fn parsed<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, Response> {
+    serde_json::from_slice(body).map_err(|error| Response::refusal(400, &format!("this is not understood: {error}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: two programs have two tokens, of 128 bits.
+    #[test]
+    fn tokens_differ() {
+        let [one, other] = [token(), token()];
+        assert!(one != other && one.len() == 32 && one[..16] != one[16..], "{one} {other}");
+    }
+
+    /// Protects: only requests that mean this machine, know the token and come from the page itself are answered; the page alone may be
+    /// reached by a link.
+    #[test]
+    fn others_are_refused() {
+        let server = Server::start(0, Arc::default()).expect("a port that is free");
+        let (host, path) = (server.hosts[0].clone(), format!("/{}/", server.token));
+        let asked = |change: &dyn Fn(&mut Request)| {
+            let mut request = Request { method: "GET".into(), path: path.clone(), host: host.clone(), ..Request::default() };
+            change(&mut request);
+            server.respond(&request).status
+        };
+        assert_eq!(asked(&|_| ()), 200);
+        assert_eq!(asked(&|request| request.host = request.host.replace("127.0.0.1", "localhost")), 200);
+        assert_eq!(asked(&|request| request.host = "evil.example".into()), 403);
+        assert_eq!(asked(&|request| request.host = "127.0.0.1".into()), 403);
+        assert_eq!(asked(&|request| request.origin = Some("http://evil.example".into())), 403);
+        assert_eq!(asked(&|request| request.origin = Some("null".into())), 403);
+        assert_eq!(asked(&|request| request.origin = Some(format!("http://{}", request.host))), 200);
+        assert_eq!(asked(&|request| request.site = Some("cross-site".into())), 200);
+        for word in ["page.js", "picture"] {
+            assert_eq!(asked(&|request| request.path.push_str(word)), 200);
+            let elsewhere = |request: &mut Request| {
+                request.path.push_str(word);
+                request.site = Some("cross-site".into());
+            };
+            assert_eq!(asked(&elsewhere), 403);
+        }
+        assert_eq!(asked(&|request| request.path = "/".into()), 403);
+        assert_eq!(asked(&|request| request.path = format!("/{}/", "0".repeat(32))), 403);
+        assert_eq!(asked(&|request| request.path = format!("/{}/", &server.token[1..])), 403);
+        assert_eq!(asked(&|request| request.path.push_str("../../etc/passwd")), 404);
+        assert_eq!(asked(&|request| request.method = "PUT".into()), 403);
+        let post = |request: &mut Request| {
+            (request.method, request.origin) = ("POST".into(), Some(format!("http://{}", request.host)));
+            request.path.push_str("wish");
+        };
+        let wish = |body: &str| {
+            asked(&|request| {
+                post(request);
+                request.body = body.into();
+            })
+        };
+        assert_eq!(wish(r#"{ "flags": [["spp", "4"]] }"#), 200);
+        for wrong in ["", "{}", "[", r#"{ "flags": [["output", "x.png"]] }"#, r#"{ "flags": [], "more": 1 }"#] {
+            assert_eq!(wish(wrong), 400, "{wrong}");
+        }
+        let without_origin = |request: &mut Request| {
+            post(request);
+            request.origin = None;
+        };
+        assert_eq!(asked(&without_origin), 403);
+    }
+}
