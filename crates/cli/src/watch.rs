@@ -1,6 +1,6 @@
 //! What the program looks at while a picture is prepared and made: progress to show, Ctrl-C, and how long it may take.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
 use raywright_core::Observer;
@@ -17,6 +17,8 @@ pub struct Watch<'a> {
     pub began: Instant,
     /// Set by Ctrl-C.
     pub stop: &'a AtomicBool,
+    /// Samples of all pixels that there are.
+    pub done: AtomicU64,
 }
 
 /// Times at which a render pauses or ends.
@@ -26,12 +28,14 @@ pub struct Patience {
     pub deadline: Option<Instant>,
     /// When it pauses, to be kept in a file or told of.
     pub pause_at: Option<Instant>,
+    /// Samples of all pixels at which it pauses, to be shown.
+    pub pause_with: Option<u64>,
 }
 
 impl<'a> Watch<'a> {
     /// Looks at Ctrl-C alone.
     pub fn until(stop: &'a AtomicBool) -> Self {
-        Self { progress: None, patience: Patience::default(), began: Instant::now(), stop }
+        Self { progress: None, patience: Patience::default(), began: Instant::now(), stop, done: AtomicU64::new(0) }
     }
 
     /// Whether Ctrl-C came.
@@ -51,6 +55,7 @@ fn is_past(time: Option<Instant>) -> bool {
 
 impl Observer for Watch<'_> {
     fn progress(&self, done: u64, total: u64) {
+        self.done.store(done, Ordering::Relaxed);
         let Some(progress) = self.progress else { return };
         match self.patience.deadline {
             // What can be done is not known, but when it ends.
@@ -67,7 +72,8 @@ impl Observer for Watch<'_> {
     }
 
     fn has_enough(&self, everywhere: bool) -> bool {
-        everywhere && self.is_late() || is_past(self.patience.pause_at)
+        let has_most = self.patience.pause_with.is_some_and(|most| self.done.load(Ordering::Relaxed) >= most);
+        everywhere && self.is_late() || has_most || is_past(self.patience.pause_at)
     }
 }
 
@@ -79,7 +85,8 @@ mod tests {
     #[test]
     fn time_ends_what_is_somewhere_everywhere() {
         let stop = AtomicBool::new(false);
-        let watch = |deadline, pause_at| Watch { patience: Patience { deadline, pause_at }, ..Watch::until(&stop) };
+        let watch =
+            |deadline, pause_at| Watch { patience: Patience { deadline, pause_at, pause_with: None }, ..Watch::until(&stop) };
         let now = Some(Instant::now());
         let later = now.map(|now| now + std::time::Duration::from_secs(3600));
         let enough = |watch: Watch| [watch.has_enough(false), watch.has_enough(true)];
@@ -87,6 +94,12 @@ mod tests {
         assert_eq!(enough(watch(later, later)), [false, false]);
         assert_eq!(enough(watch(now, None)), [false, true]);
         assert_eq!(enough(watch(None, now)), [true, true]);
+        let counted = Watch { patience: Patience { pause_with: Some(10), ..Patience::default() }, ..Watch::until(&stop) };
+        let with = |done| {
+            counted.progress(done, 20);
+            counted.has_enough(false)
+        };
+        assert_eq!([9, 10, 11].map(with), [false, true, true]);
         assert!(watch(now, None).is_late() && !watch(later, now).is_late());
     }
 }

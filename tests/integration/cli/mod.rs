@@ -16,6 +16,7 @@ mod manners;
 mod masks;
 mod mistakes;
 mod models;
+mod onlookers;
 mod overwriting;
 mod own_error;
 mod page;

@@ -41,6 +41,20 @@ impl Frames {
     }
 }
 
+/// Where tev listens.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TevAddress {
+    /// A name or an address.
+    pub host: String,
+    /// Its port.
+    pub port: u16,
+}
+
+impl TevAddress {
+    /// The port on which tev listens unless it is told another one.
+    pub const PORT: u16 = 14158;
+}
+
 /// One of several shares of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Share {

@@ -13,7 +13,7 @@ use raywright_core::settings::{Aov, Background, Crop, PrecisionChoice};
 
 use super::DEFAULT_PRESET;
 use super::names;
-use super::pictures::{Exposure, Frames, Share, Views};
+use super::pictures::{Exposure, Frames, Share, TevAddress, Views};
 use super::scene::{ChoiceArgs, SceneArgs};
 use super::values;
 
@@ -335,6 +335,16 @@ pub struct ReportArgs {
     /// Print SHA-256 of each picture's linear pixels and its file on standard output
     #[arg(long, conflicts_with = "part")]
     pub hash: bool,
+
+    /// Write what there is of the picture to this file each time that there are about twice as many samples, for those who look at it with what they
+    /// have; each time it is there whole. In the end it is the picture
+    #[arg(long, value_name = "FILE.png")]
+    pub preview: Option<PathBuf>,
+
+    /// Show each such stage in tev, the viewer of pictures, with its layers: denoised where it is asked for, and standard errors
+    /// [default host and port: 127.0.0.1:14158]
+    #[arg(long, value_name = "tev[:HOST:PORT]", value_parser = values::tev)]
+    pub display: Option<TevAddress>,
 
     /// Progress on standard error: a bar on a terminal and lines elsewhere (auto), lines (plain), JSON with samples, error and seconds
     /// left in each line (json), or none

@@ -16,7 +16,7 @@ use raywright_core::scene::Fit;
 use raywright_core::settings::{Background, Crop};
 use raywright_core::suggest::closest;
 
-use super::{Exposure, Frames, MOST_SAMPLES, Share, Views};
+use super::{Exposure, Frames, MOST_SAMPLES, Share, TevAddress, Views};
 
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = Settings::MOST_EDGE;
@@ -134,6 +134,23 @@ pub fn field_of_view(text: &str) -> Result<f64, String> {
         value if value > 0.0 && value < 180.0 => Ok(value),
         _ => Err("expected degrees above 0 and below 180".to_owned()),
     }
+}
+
+/// Where tev is: on this machine, at a host, or at a host's port.
+pub fn tev(text: &str) -> Result<TevAddress, String> {
+    const EXPECTED: &str = "expected tev, tev:HOST or tev:HOST:PORT";
+    let rest = match text.strip_prefix("tev") {
+        Some("") => return Ok(TevAddress { host: "127.0.0.1".to_owned(), port: TevAddress::PORT }),
+        Some(rest) => rest.strip_prefix(':').ok_or(EXPECTED)?,
+        None => return Err(EXPECTED.to_owned()),
+    };
+    // The colons of an address of IPv6 stand in brackets.
+    let (host, port) = match rest.rsplit_once(':') {
+        Some((host, port)) if !port.ends_with(']') => (host, port.parse().map_err(|_| EXPECTED)?),
+        _ => (rest, TevAddress::PORT),
+    };
+    let host = host.trim_start_matches('[').trim_end_matches(']');
+    if host.is_empty() { Err(EXPECTED.to_owned()) } else { Ok(TevAddress { host: host.to_owned(), port }) }
 }
 
 /// Splits at commas into exactly `N` parts that all parse.
@@ -377,6 +394,21 @@ mod tests {
         assert_eq!(background("env"), Ok(Background::Environment));
         assert_eq!(background("0.2,0.2,0.25"), Ok(Background::Colour([0.2, 0.2, 0.25])));
         assert_eq!(field_of_view("45"), Ok(45.0));
+    }
+
+    /// Protects: tev is found where it listens by itself, at another host and port, and by addresses with colons.
+    #[test]
+    fn viewers_have_places() {
+        let at = |text: &str| tev(text).map(|place| (place.host, place.port));
+        let place = |host: &str, port| Ok((host.to_owned(), port));
+        assert_eq!(at("tev"), place("127.0.0.1", 14158));
+        assert_eq!(at("tev:far"), place("far", 14158));
+        assert_eq!(at("tev:far:99"), place("far", 99));
+        assert_eq!(at("tev:[::1]"), place("::1", 14158));
+        assert_eq!(at("tev:[::1]:99"), place("::1", 99));
+        for wrong in ["", "tv", "tev:", "tev::9", "tevfar", "tev:far:", "tev:far:99999"] {
+            assert!(at(wrong).is_err(), "{wrong}");
+        }
     }
 
     /// Protects: effects are found by their name, and only those that a scene can do without.

@@ -151,7 +151,7 @@ fn mark(
     };
     let settings = Settings { sampling, ..settings.clone() };
     let deadline = Instant::now().checked_add(args.budget);
-    let watch = Watch { patience: Patience { deadline, pause_at: None }, ..Watch::until(stop) };
+    let watch = Watch { patience: Patience { deadline, ..Patience::default() }, ..Watch::until(stop) };
     let rendered = prepared(loaded, &settings, &watch)?.render(&watch);
     let marks: Vec<Mark> = report.findings.iter().enumerate().filter_map(|(index, found)| mark_of(index, found)).collect();
     output::write_marked(path, &rendered.picture, Display::of(&loaded.scene.render), &marks, &Metadata::default())?;

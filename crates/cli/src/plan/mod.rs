@@ -22,7 +22,8 @@ use raywright_io::{Environment, EnvironmentSource, Error, Limits, LoadOptions, M
 
 use crate::args::values::Up;
 use crate::args::{
-    Accelerator, DisplayArgs, Exposure, Frames, LightArgs, MOST_SAMPLES, ProgressStyle, RenderArgs, SceneArgs, Share, ViewArgs,
+    Accelerator, DisplayArgs, Exposure, Frames, LightArgs, MOST_SAMPLES, ProgressStyle, RenderArgs, SceneArgs, Share, TevAddress,
+    ViewArgs,
 };
 use crate::console::Verbosity;
 use crate::failure::Failure;
@@ -89,6 +90,9 @@ pub struct Task {
     pub stats: Option<PathBuf>,
     /// Whether hashes are printed.
     pub hash: bool,
+    /// Where the picture is shown while it is rendered: a file, and a viewer.
+    pub preview: Option<PathBuf>,
+    pub display: Option<TevAddress>,
     /// How progress is shown, and how much is said.
     pub progress: ProgressStyle,
     pub verbosity: Verbosity,
@@ -154,6 +158,8 @@ impl Task {
             part: film.part,
             stats: report.stats,
             hash: report.hash,
+            preview: report.preview,
+            display: report.display,
             progress: report.progress,
             verbosity,
             look: Look { view, light, display, accel: machine.accel },
@@ -187,6 +193,7 @@ impl Task {
             ("--part", self.part.is_some()),
             ("--budget", self.budget.is_some()),
             ("--stats", self.stats.is_some()),
+            ("--preview", self.preview.is_some()),
             ("-o -", self.outputs.iter().any(|path| path.as_os_str() == "-")),
         ];
         let Some((flag, _)) = flags.iter().find(|(_, given)| *given) else { return Ok(()) };

@@ -1,7 +1,7 @@
 //! Renders that are more than one run: kept in a file, gone on with, divided among machines, or as good as a time allows.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use raywright_core::Ready;
@@ -11,6 +11,7 @@ use raywright_io::output::{KeptFilm, Metadata, read_film, write_film};
 use raywright_io::{Error, Inputs};
 use serde::Serialize;
 
+use super::live::Onlookers;
 use super::write::shown;
 use crate::args::{ProgressStyle, Share};
 use crate::clock::{Clock, spoken};
@@ -116,6 +117,8 @@ pub struct Session<'a> {
     is_done: bool,
     /// Why the film is not in its file, although it was to be kept.
     unkept: Option<Error>,
+    /// Those who look on.
+    onlookers: Onlookers,
 }
 
 impl<'a> Session<'a> {
@@ -145,7 +148,13 @@ impl<'a> Session<'a> {
             Some(Share { number, of }) => whole.share(number - 1, of),
             None => whole,
         };
-        Ok(Self { kept: KeptFilm { film, metadata, display }, part, task, is_done: false, unkept: None })
+        let kept = KeptFilm { film, metadata, display };
+        Ok(Self { kept, part, task, is_done: false, unkept: None, onlookers: Onlookers::default() })
+    }
+
+    /// The same, shown to these while it is rendered.
+    pub fn with_onlookers(self, onlookers: Onlookers) -> Self {
+        Self { onlookers, ..self }
     }
 
     /// Renders what is lacking, and keeps it now and then and in the end. A film that can't be kept is no reason to give up the picture.
@@ -158,7 +167,9 @@ impl<'a> Session<'a> {
             let keep_at = self.task.checkpoint.is_some().then(|| kept + keep_every);
             let tell_at = tells.then(|| told + TELL_EVERY);
             let pause_at = keep_at.into_iter().chain(tell_at).min();
-            let watch = Watch { progress: Some(progress), patience: Patience { deadline, pause_at }, began: clock.began(), stop };
+            let pause_with = self.onlookers.next(&self.kept.film);
+            let patience = Patience { deadline, pause_at, pause_with };
+            let watch = Watch { progress: Some(progress), patience, began: clock.began(), ..Watch::until(stop) };
             let rendered = ready.render_part(&mut self.kept.film, &self.part, &watch);
             rendered.map_err(Error::usage)?;
             self.is_done = !watch.was_stopped() && (self.lacks() == 0 || watch.is_late());
@@ -168,6 +179,7 @@ impl<'a> Session<'a> {
                 console::tell(self.pass(progress, error));
                 told = Instant::now();
             }
+            self.show_stage(&watch, ends);
             if ends || keep_at.is_some_and(|keep_at| Instant::now() >= keep_at) {
                 let began = Instant::now();
                 self.keep();
@@ -177,6 +189,20 @@ impl<'a> Session<'a> {
             if ends {
                 return Ok(());
             }
+        }
+    }
+
+    /// Shows whoever looks on what there is, where that is due. That nobody can be shown anything is no reason to give up the picture.
+    fn show_stage(&mut self, watch: &Watch<'_>, ends: bool) {
+        let KeptFilm { film, metadata, display } = &self.kept;
+        let done = watch.done.load(Ordering::Relaxed);
+        if !self.onlookers.next(film).is_some_and(|next| ends || done >= next) {
+            return;
+        }
+        let nothing = Metadata::default();
+        let metadata = if self.task.has_metadata { metadata } else { &nothing };
+        if let Some(failed) = self.onlookers.show(film, (done, watch), (*display, metadata)) {
+            self.task.verbosity.warn(format_args!("{failed}; rendering goes on"));
         }
     }
 

@@ -1,9 +1,11 @@
 //! `render`: a scene becomes pictures.
 
 pub mod film;
+mod live;
 pub mod picture;
 mod series;
 pub mod tell;
+mod tev;
 pub mod write;
 
 use std::io::{self, IsTerminal};
@@ -26,6 +28,7 @@ use crate::origin;
 use crate::plan::{Plan, Task};
 use crate::targets::{Outputs, Target};
 use film::Session;
+use live::Onlookers;
 pub use series::run;
 
 /// What to do where nothing is to be seen.
@@ -64,11 +67,14 @@ fn start<'a>(
     task: &'a Task,
     options: &LoadOptions,
     (loaded, ready): (&Loaded, &Ready),
-    plan: &Plan,
+    (plan, label): (&Plan, &str),
 ) -> Result<Session<'a>, Failure> {
+    let stem = &loaded.source.stem;
+    let name = if label.is_empty() { stem.clone() } else { format!("{stem}-{label}") };
     let identity = origin::identity(loaded, options, &task.choices);
     let metadata = origin::metadata(loaded, plan, &task.choices);
-    Session::start(task, ready, identity, metadata, plan.display)
+    let onlookers = Onlookers::of(task, &name, plan.is_exposed)?;
+    Ok(Session::start(task, ready, identity, metadata, plan.display)?.with_onlookers(onlookers))
 }
 
 /// What is known of a picture before it is rendered.
@@ -158,6 +164,16 @@ fn refuse_codes_for_floats(task: &Task, targets: &[Target]) -> Result<(), Failur
     let error =
         Error::usage("--rung output=float keeps linear numbers, and all formats but OpenEXR have codes of display values");
     Err(error.with_hint("name pictures that end in .exr, or leave the rung away").into())
+}
+
+/// What shows the picture on its way is a PNG in a file of its own.
+fn check_preview_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failure> {
+    let Some(path) = &task.preview else { return Ok(()) };
+    if Format::of(path)? != Format::Png {
+        let error = Error::usage(format_args!("--preview {}: the name does not end in .png", path.display()));
+        return Err(error.with_hint(format!("--preview {}", path.with_extension("png").display())).into());
+    }
+    outputs.add(path, "--preview")
 }
 
 /// The report is JSON in a file of its own.

@@ -125,6 +125,8 @@ pub fn refuse_files(task: &Task) -> Result<(), Failure> {
         ("--replay", task.replay.is_some()),
         ("--part", task.part.is_some()),
         ("--stats", task.stats.is_some()),
+        ("--preview", task.preview.is_some()),
+        ("--display", task.display.is_some()),
         ("--hash", task.hash),
         ("--views, --turntable or --frames", !task.is_single),
     ];

@@ -106,6 +106,7 @@ impl<'a> Series<'a> {
             targets.iter().try_for_each(|targets| super::check(task, targets))?;
         }
         super::check_stats_target(task, &mut outputs)?;
+        super::check_preview_target(task, &mut outputs)?;
         film::check(task, &targets[0], &mut outputs)?;
         let (stop, threads) = (interrupt::flag()?, Threads::new(task.threads)?);
         if task.scenes.iter().filter(|name| *name == "-").count() > 1 {
@@ -285,7 +286,7 @@ impl<'a> Series<'a> {
         let Moment { loaded, ready: Some(ready), .. } = moment else { return Ok(()) };
         super::note_prepared(loaded, ready, &plan.settings, notes);
         super::refuse_to_denoise(self.task, &plan.settings, ready, notes)?;
-        let mut session = super::start(self.task, &self.options(shot), (loaded, ready), &plan)?;
+        let mut session = super::start(self.task, &self.options(shot), (loaded, ready), (&plan, &shot.label))?;
         if self.beginning.take().is_some() {
             self.progress.begin();
         }
