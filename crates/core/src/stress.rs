@@ -24,6 +24,7 @@
 mod aimed;
 mod bodies;
 mod cameras;
+mod coplanar;
 mod facts;
 mod fans;
 mod finding;
@@ -56,6 +57,7 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::{Aov, Sampling, Settings};
 use cameras::View;
+use coplanar::Overlaps;
 use samples::SmallPicture;
 use topology::Topology;
 
@@ -161,7 +163,7 @@ impl Session<'_> {
         }
         let steps = 2 + views.len() as u64 * 3;
         let progress = |done: u64| self.observer.progress(done, steps);
-        let topologies = meshes::topologies(&facts);
+        let (topologies, overlaps) = (meshes::topologies(&facts), coplanar::overlaps(&facts));
         crate::prepare::go_on(self.observer)?;
         progress(1);
         let mut looks = Looks::default();
@@ -172,7 +174,7 @@ impl Session<'_> {
             if done > 0 && !ready.turn_to(scene, &view.data) {
                 ready = prepare(scene, &self.small(view), self.observer)?;
             }
-            findings.extend(self.look(&ready, (&facts, &topologies), view, &mut looks));
+            findings.extend(self.look(&ready, (&facts, &topologies, &overlaps), view, &mut looks));
             crate::prepare::go_on(self.observer)?;
             progress(2 + 3 * done as u64);
         }
@@ -180,6 +182,7 @@ impl Session<'_> {
         let seen = looks.rays.iter().cloned().reduce(RaySurvey::plus).unwrap_or_default();
         findings.extend(meshes::check(&facts, &topologies, &seen));
         findings.extend(bodies::check(&facts, &topologies, &seen, &looks.aimed));
+        findings.extend(coplanar::check(&facts, &overlaps, &seen, |pair| bodies::flickers(&facts, &seen, pair)));
         findings.extend(samples::check(&facts, &looks.pictures, size));
         findings.extend(materials::check(&facts, settings, &seen, &furnaces));
         findings.extend(textures::check(&facts));
@@ -230,13 +233,13 @@ impl Session<'_> {
     fn look(
         &self,
         ready: &Ready,
-        (facts, topologies): (&SceneFacts<'_>, &BTreeMap<usize, Topology>),
+        (facts, topologies, overlaps): (&SceneFacts<'_>, &BTreeMap<usize, Topology>, &Overlaps),
         view: &View,
         looks: &mut Looks,
     ) -> Vec<Finding> {
         let seed = self.settings.seed;
         let deadline = &self.deadline;
-        looks.rays.push(ready.work(&PictureRays { facts, size: ready.settings().size, seed, deadline }));
+        looks.rays.push(ready.work(&PictureRays { facts, overlaps, size: ready.settings().size, seed, deadline }));
         looks.aimed.push(ready.work(&EdgeAim { facts, topologies, seed, deadline }));
         looks.pictures.push(SmallPicture::of(ready, view.index, &self.deadline));
         bodies::closed(facts, &ready.closed_gaps(), &ready.light_leaks())

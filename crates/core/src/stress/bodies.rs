@@ -95,16 +95,21 @@ fn nested(facts: &SceneFacts<'_>, seen: &RaySurvey) -> Vec<Finding> {
     if has_priorities { Vec::new() } else { seen.nested.iter().filter_map(finding).collect() }
 }
 
-/// Two surfaces in one place, of which each is seen here and there.
+/// Whether of two surfaces in one place each is seen here and there.
+pub(super) fn flickers(facts: &SceneFacts<'_>, seen: &RaySurvey, [a, b]: [usize; 2]) -> bool {
+    let [one, other] = [[a, b], [b, a]].map(|pair| RaySurvey::count(&seen.coincident, &pair));
+    let differ = facts.objects[a].object.material != facts.objects[b].object.material;
+    differ && one + other >= 10 && 20 * one.min(other) >= one + other
+}
+
+/// Those of which that is so.
 fn flickering(facts: &SceneFacts<'_>, seen: &RaySurvey) -> Vec<Finding> {
     let finding = |(pair, sighting): (&[usize; 2], &Sighting)| {
         let [a, b] = *pair;
-        let other = RaySurvey::count(&seen.coincident, &[b, a]);
-        let all = sighting.count + other;
-        let differ = facts.objects[a].object.material != facts.objects[b].object.material;
-        if a > b || !differ || 20 * other.min(sighting.count) < all || all < 10 {
+        if a > b || !flickers(facts, seen, *pair) {
             return None;
         }
+        let all = sighting.count + RaySurvey::count(&seen.coincident, &[b, a]);
         let with = facts.objects[b].subject.words(facts.scene);
         let why = format!("it lies in one place with {with}, and rounding decides from ray to ray which of them is seen");
         let finding = Finding::new(

@@ -91,6 +91,8 @@ codes! {
     NestedGlass = "nested-glass";
     /// Two surfaces in one place, of which now one and now the other is seen.
     FlickeringSurfaces = "flickering-surfaces";
+    /// Flat surfaces of two objects in one plane.
+    CoplanarSurfaces = "coplanar-surfaces";
     /// Rays that pass between two triangles with a common edge.
     Leak = "leak";
     /// Rays that meet the surface that they leave.

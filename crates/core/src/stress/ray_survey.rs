@@ -49,6 +49,8 @@ pub(crate) struct RaySurvey {
     pub nested: Sightings<[usize; 2]>,
     /// The first surface of a ray and the next one, where they are in one place and of two objects.
     pub coincident: Sightings<[usize; 2]>,
+    /// Rays that see the first of two objects where both have a face in one plane.
+    pub coplanar: Sightings<[usize; 2]>,
     /// Backs that the camera looks through.
     pub backs: Sightings<usize>,
     /// Vertex normals that point to the other side than what is hit.
@@ -84,7 +86,9 @@ impl RaySurvey {
         ] {
             others.into_iter().for_each(|(key, sighting)| merge(own, key, sighting));
         }
-        for (own, others) in [(&mut self.nested, other.nested), (&mut self.coincident, other.coincident)] {
+        for (own, others) in
+            [(&mut self.nested, other.nested), (&mut self.coincident, other.coincident), (&mut self.coplanar, other.coplanar)]
+        {
             others.into_iter().for_each(|(key, sighting)| merge(own, key, sighting));
         }
         self

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use raywright_bvh::{Hit, Interval, Ray, Real, Surface, Vector};
 
 use super::Deadline;
+use super::coplanar::Overlaps;
 use super::facts::{Matter, SceneFacts, unit};
 use super::ray_survey::{RaySurvey, note};
 use super::values::{Values, judge_values};
@@ -29,6 +30,7 @@ const STARTS: u64 = 2;
 /// Rays through a picture of a size, in rounds of which each is finished.
 pub(super) struct PictureRays<'a> {
     pub facts: &'a SceneFacts<'a>,
+    pub overlaps: &'a Overlaps,
     pub size: [u32; 2],
     pub seed: u64,
     pub deadline: &'a Deadline<'a>,
@@ -38,19 +40,14 @@ impl PreparedWork for PictureRays<'_> {
     type Output = RaySurvey;
 
     fn run<R: Real>(&self, prepared: &Prepared<R>) -> RaySurvey {
-        survey(prepared, self.facts, self.size, self.seed, self.deadline)
+        survey(prepared, self)
     }
 }
 
-fn survey<R: Real>(
-    prepared: &Prepared<R>,
-    facts: &SceneFacts<'_>,
-    size: [u32; 2],
-    seed: u64,
-    deadline: &Deadline<'_>,
-) -> RaySurvey {
-    let walker =
-        Walker { prepared, facts, size, seed, looks_through: facts.objects.iter().any(|object| object.matter == Matter::Body) };
+fn survey<R: Real>(prepared: &Prepared<R>, of: &PictureRays<'_>) -> RaySurvey {
+    let &PictureRays { facts, overlaps, size, seed, deadline } = of;
+    let looks_through = facts.objects.iter().any(|object| object.matter == Matter::Body);
+    let walker = Walker { prepared, facts, overlaps, size, seed, looks_through };
     let mut found = RaySurvey { planned: ROUNDS * GRID[0] * GRID[1], ..RaySurvey::default() };
     for round in 0..ROUNDS {
         if deadline.is_over() && round > 0 {
@@ -72,6 +69,7 @@ fn survey<R: Real>(
 struct Walker<'a, R: Real> {
     prepared: &'a Prepared<R>,
     facts: &'a SceneFacts<'a>,
+    overlaps: &'a Overlaps,
     size: [u32; 2],
     seed: u64,
     /// Whether rays go on behind the first surfaces.
@@ -115,6 +113,9 @@ impl<R: Real> Walker<'_, R> {
         let at = Interaction::of(prepared, &leg, hit);
         let (object, place) = (self.facts.index_of(hit.outermost()), prepared.in_world(at.surface.point));
         note(&mut found.first, object, index, place);
+        for other in self.overlaps.at(object, place, at.surface.normal.to_f64()) {
+            note(&mut found.coplanar, [object, other], index, place);
+        }
         if !at.outside {
             note(&mut found.first_within, object, index, place);
         }

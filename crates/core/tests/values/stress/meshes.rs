@@ -216,3 +216,55 @@ fn what_is_right_has_no_findings() {
     let materials = json!([paint("paint", json!({ "base_colour": 0.5 })), paint("lamp", json!({ "emission": 5 }))]);
     clean(&json!({ "materials": materials, "objects": room, "sky": null }), "a room");
 }
+
+/// Protects: a quad wholly in a plane's plane, of which nothing is seen, makes the picture wrong, whichever way it faces and however the plane is
+/// said; beside it, a hair above, of the same material or before it in the file the picture is as said.
+#[test]
+fn surfaces_in_one_plane() {
+    let plane = |normal: [f64; 3]| json!({ "plane": { "point": [0, -1, 0], "normal": normal } });
+    let floor = || object("floor", plane([0.0, 1.0, 0.0]), "paint");
+    let rug = |y: f64, [u, v]: [[f64; 3]; 2], material: &str| object("rug", quad([0.0, y, 0.0], u, v), material);
+    let edges = [[1.5, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    let of = |objects: Value| scene(&json!({ "objects": objects }));
+    for (floor, edges) in [
+        (floor(), edges),
+        (floor(), [edges[1], edges[0]]),
+        (object("floor", plane([0.0, -3.0, 0.0]), "paint"), edges),
+        (object("floor", quad([-9.0, -1.0, -9.0], [20.0, 0.0, 1.0], [1.0, 0.0, 20.0]), "paint"), edges),
+        (object("floor", json!({ "box": { "min": [-9, -2, -9], "max": [9, -1, 9] } }), "paint"), edges),
+        (object("floor", json!({ "disk": { "centre": [0, -1, 0], "normal": [0, 1, 0], "radius": 9 } }), "paint"), edges),
+    ] {
+        let found = finds(&of(json!([floor, rug(-1.0, edges, "other")])), Code::CoplanarSurfaces, PictureWrong, &[]);
+        assert_eq!(found.subject, raywright_core::stress::Subject::Object(1));
+        let [x, y, z] = found.place.expect("a place");
+        assert!(found.count > 100 && (y + 1.0).abs() < 1e-6 && (0.0..1.5).contains(&x) && (0.0..1.0).contains(&z), "{found:?}");
+    }
+    let block = || object("block", json!({ "box": { "min": [0.3, -1, -0.5], "max": [1.3, 0.4, 0.5] } }), "other");
+    for clean in [
+        json!([floor(), rug(-0.999, edges, "other")]),
+        json!([floor(), rug(-1.0, edges, "paint")]),
+        json!([floor(), block()]),
+        json!([block(), object("table", quad([-9.0, -1.0, -9.0], [20.0, 0.0, 0.0], [0.0, 0.0, 20.0]), "paint")]),
+        json!([object("left", quad([-2.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 1.0]), "paint"), rug(-1.0, edges, "other")]),
+    ] {
+        assert_eq!(listed(&report(&of(clean.clone())).findings), [], "{clean}");
+    }
+    let before = report(&of(json!([rug(-1.0, edges, "other"), floor()]))).findings;
+    assert_eq!(before.iter().map(|found| (found.code, found.severity)).collect::<Vec<_>>(), [(Code::CoplanarSurfaces, Harmless)]);
+}
+
+/// Protects: of many sheets in one plane and in many, beside each other, nothing is said, and of the two that overlap it is.
+#[test]
+fn many_surfaces_in_one_plane() {
+    let tile = |i: usize, material: &str| {
+        let (x, z) = ((i % 60) as f64 * 0.05 - 1.5, (i / 60) as f64 * 0.05 - 1.5);
+        object(&format!("tile {i}"), quad([x, -1.0, z], [0.05, 0.0, 0.0], [0.0, 0.0, 0.05]), material)
+    };
+    let mut tiles: Vec<Value> = (0..3600).map(|i| tile(i, if i % 2 == 0 { "paint" } else { "other" })).collect();
+    let of = |tiles: &[Value]| report(&scene(&json!({ "objects": tiles }))).findings;
+    assert_eq!(listed(&of(&tiles)), []);
+    let again = object("again", quad([0.26, -1.0, 0.26], [0.03, 0.0, 0.0], [0.0, 0.0, 0.03]), "glass");
+    tiles.push(again);
+    let found = of(&tiles);
+    assert!(found.iter().any(|found| found.code == Code::CoplanarSurfaces), "{:?}", listed(&found));
+}
