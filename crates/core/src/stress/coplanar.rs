@@ -237,8 +237,17 @@ fn clipped(mut corners: Vec<DVec3>, by: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     corners
 }
 
-/// What overlaps and is not told by rays that see now the one and now the other: the picture is wrong where all that is seen of one of them
-/// would be where the other one is.
+/// An object that others cover, of which one is named.
+struct Covered {
+    other: usize,
+    others: usize,
+    /// Rays that see any of them there, and those of which that is itself.
+    rays: [u64; 2],
+    place: DVec3,
+}
+
+/// What overlaps and is not told by rays that see now the one and now the other: the picture is wrong where all that is to be seen of one of
+/// them is where others are seen.
 pub(super) fn check(
     facts: &SceneFacts<'_>,
     overlaps: &Overlaps,
@@ -249,28 +258,42 @@ pub(super) fn check(
     for overlap in &overlaps.list {
         pairs.entry(overlap.objects).or_insert(overlap);
     }
-    let finding = |(&[a, b], overlap): (&[usize; 2], &&Overlap)| {
+    let mut all: BTreeMap<usize, Covered> = BTreeMap::new();
+    for ([a, b], overlap) in pairs {
         let [first, second] = [[a, b], [b, a]].map(|pair| RaySurvey::count(&seen.coplanar, &pair));
-        let (met, is_seen) = (first + second, first + second >= 3);
+        let is_seen = first + second >= 3;
         if flickers([a, b]) || !is_seen && !overlap.are_sheets {
-            return None;
+            continue;
         }
         let [hidden, other] = if second > first { [a, b] } else { [b, a] };
-        let is_lost = is_seen && RaySurvey::count(&seen.first, &hidden) <= first.min(second);
-        let around = facts.objects[other].subject.words(facts.scene);
-        let (severity, why) = if is_lost {
-            (Severity::PictureWrong, format!("it lies in one plane with {around}, which is seen everywhere in its place"))
-        } else {
-            let why = format!(
-                "it lies in one plane with {around} in part, and the order of objects or rounding decides which is seen there"
-            );
-            (Severity::Harmless, why)
-        };
         let sighting = seen.coplanar.get(&[other, hidden]).filter(|_| is_seen);
-        let at = place(sighting.map_or(overlap.place, |sighting| sighting.place));
-        let remedy = "move one of them by a thousandth of its size, or take it away";
-        let finding = Finding::new(Code::CoplanarSurfaces, severity, facts.objects[hidden].subject, why, remedy);
-        Some(if is_seen { finding.counted(met, seen.rays, "rays") } else { finding }.at(at))
+        let place = sighting.map_or(overlap.place, |sighting| sighting.place);
+        let covered = all.entry(hidden).or_insert(Covered { other, others: 0, rays: [0; 2], place });
+        if is_seen {
+            (covered.rays[0], covered.rays[1]) = (covered.rays[0] + first + second, covered.rays[1] + first.min(second));
+        }
+        covered.others += 1;
+    }
+    all.iter().map(|(&hidden, covered)| finding(facts, hidden, covered, seen)).collect()
+}
+
+fn finding(facts: &SceneFacts<'_>, hidden: usize, covered: &Covered, seen: &RaySurvey) -> Finding {
+    let named = facts.objects[covered.other].subject.words(facts.scene);
+    let others = match covered.others {
+        1 => named,
+        more => format!("{named} and {} more", more - 1),
     };
-    pairs.iter().filter_map(finding).collect()
+    let [rays, own] = covered.rays;
+    let is_lost = 20 * own < rays && RaySurvey::count(&seen.first, &hidden) <= own;
+    let (severity, why) = if is_lost {
+        (Severity::PictureWrong, format!("it lies in one plane with {others}, which is seen everywhere in its place"))
+    } else {
+        let why =
+            format!("it lies in one plane with {others} in part: the order of objects or rounding decides what is seen there");
+        (Severity::Harmless, why)
+    };
+    let remedy = "move one of them by a thousandth of its size, or take it away";
+    let finding = Finding::new(Code::CoplanarSurfaces, severity, facts.objects[hidden].subject, why, remedy);
+    let counted = if rays > 0 { finding.counted(rays, seen.rays, "rays") } else { finding };
+    counted.at(place(covered.place))
 }
