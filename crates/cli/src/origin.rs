@@ -127,8 +127,12 @@ fn settings(settings: &Settings, display: Display) -> String {
         n => n.to_string(),
     };
     let clamp = settings.clamp.map(|most| format!(" clamp={most}")).unwrap_or_default();
+    let background = match display.background {
+        None => String::new(),
+        Some(colour) => format!(" background={}", colour.map(|value| significant(255.0 * value, 5)).join(",")),
+    };
     format!(
-        "size={width}x{height}{crop} samples={samples}{error}{denoise} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}",
+        "size={width}x{height}{crop} samples={samples}{error}{denoise} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}{background}",
         name(&settings.integrator),
         precision(settings.precision),
         display.exposure_stops,

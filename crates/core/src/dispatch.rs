@@ -195,7 +195,7 @@ impl Ready {
     /// tiles and denoising, for which nothing of the scene is prepared.
     pub(crate) fn expose_as(&self, settings: &Settings, observer: &dyn Observer) -> Film {
         debug_assert_eq!(self.settings.sampling.is_fixed(), settings.sampling.is_fixed(), "patterns call for other effects");
-        let mut film = Film::new("", settings, Plan::new(settings, self.is_by_chance()));
+        let mut film = Film::new("", settings, Plan::new(settings, self.is_by_chance(), self.has_ground()));
         let whole = film.whole();
         each!(&self.inner, prepared => self.with_integrator((prepared, &prepared.camera), settings, (&mut film, &whole), observer));
         film
@@ -224,7 +224,7 @@ impl Ready {
             tile_size: SKETCH_TILE,
             ..self.settings.clone()
         };
-        let mut film = Film::new("", &settings, Plan::new(&settings, self.is_by_chance()));
+        let mut film = Film::new("", &settings, Plan::new(&settings, self.is_by_chance(), self.has_ground()));
         let whole = film.whole();
         each!(&self.inner, prepared => {
             let camera = prepared.camera.with_larger_pixels(edge);
@@ -284,7 +284,11 @@ impl Ready {
 
     /// How the picture is divided.
     fn plan(&self) -> Plan {
-        Plan::new(&self.settings, self.is_by_chance())
+        Plan::new(&self.settings, self.is_by_chance(), self.has_ground())
+    }
+
+    fn has_ground(&self) -> bool {
+        each!(&self.inner, prepared => prepared.ground.is_some())
     }
 
     /// Whether another seed would give another picture: where samples lie anywhere in their pixel or draw points of a lens or of

@@ -13,6 +13,8 @@ pub struct Picture {
     pub rgb: Vec<[f32; 3]>,
     /// Coverage, 0 (background) to 1; none: every pixel is covered.
     pub alpha: Option<Vec<f32>>,
+    /// The part of the coverage that is a shadow on a studio's ground, black; none: all of it is surfaces.
+    pub shadow: Option<Vec<f32>>,
     /// Further channels, in no particular order; names are unique.
     pub layers: Vec<Layer>,
     /// Where it lies in a larger picture of which it is a part; none: it is the whole.
@@ -50,7 +52,15 @@ pub enum Encoding {
 impl Picture {
     /// A black picture without coverage and layers.
     pub fn new(width: u32, height: u32) -> Self {
-        Self { width, height, rgb: vec![[0.0; 3]; pixel_count(width, height)], alpha: None, layers: Vec::new(), window: None }
+        Self {
+            width,
+            height,
+            rgb: vec![[0.0; 3]; pixel_count(width, height)],
+            alpha: None,
+            shadow: None,
+            layers: Vec::new(),
+            window: None,
+        }
     }
 
     /// Pixels in all.
@@ -76,6 +86,29 @@ impl Picture {
         straight
     }
 
+    /// The share of a pixel that surfaces cover, and the share that is a ground's shadow.
+    pub fn coverage(&self, pixel: usize) -> [f32; 2] {
+        let shadow = self.shadow.as_ref().map_or(0.0, |shadow| shadow[pixel]);
+        [self.alpha.as_ref().map_or(1.0, |alpha| alpha[pixel] - shadow), shadow]
+    }
+
+    /// The colour of what surfaces show in a pixel, without the coverage that multiplies it; none where there are none.
+    pub(crate) fn surface_colour(&self, pixel: usize) -> Option<[f32; 3]> {
+        let [surfaces, _] = self.coverage(pixel);
+        (surfaces > 0.0).then(|| straight_colour(self.rgb[pixel], surfaces))
+    }
+
+    /// The same before a colour that is seen where nothing covers it.
+    #[must_use]
+    pub fn over(&self, colour: [f64; 3]) -> Self {
+        let mut over = Self { alpha: None, shadow: None, ..self.clone() };
+        for (rgb, &alpha) in over.rgb.iter_mut().zip(self.alpha.iter().flatten()) {
+            let clear = 1.0 - f64::from(alpha);
+            *rgb = core::array::from_fn(|i| (f64::from(rgb[i]) + clear * colour[i]) as f32);
+        }
+        over
+    }
+
     /// The layer of that name.
     pub fn layer(&self, name: &str) -> Option<&Layer> {
         self.layers.iter().find(|layer| layer.name == name)
@@ -86,12 +119,13 @@ impl Picture {
         let n = self.pixels();
         self.rgb.len() == n
             && self.alpha.as_ref().is_none_or(|alpha| alpha.len() == n)
+            && self.shadow.as_ref().is_none_or(|shadow| shadow.len() == n && self.alpha.is_some())
             && self.layers.iter().all(|layer| layer.samples.len() == n)
     }
 }
 
 /// A colour without the coverage that multiplies it; black where nothing is covered.
-pub(crate) fn straight_colour(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
+fn straight_colour(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
     if alpha > 0.0 { rgb.map(|x| x / alpha) } else { [0.0; 3] }
 }
 

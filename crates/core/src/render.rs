@@ -21,7 +21,7 @@ use crate::counters::Counters;
 use crate::denoise::{DenoiseError, Denoised, denoise};
 use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, ReplicateBuffer, Sums, TileUpdate, parts};
 use crate::filter::Draws;
-use crate::integrator::{FirstHit, LightTransport, PACKET};
+use crate::integrator::{FirstHit, LightTransport, PACKET, PathResult};
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::Prepared;
@@ -70,6 +70,14 @@ impl Rendered {
     /// The picture that is to be looked at: the denoised one where there is one.
     pub fn shown(&self) -> &Picture {
         self.denoised().map_or(&self.picture, |denoised| &denoised.picture)
+    }
+
+    /// The same before a colour that is seen where nothing covers it, in place of its coverage.
+    #[must_use]
+    pub fn over(&self, colour: [f64; 3]) -> Self {
+        let over = |denoised: &Denoised| Denoised { picture: denoised.picture.over(colour), ..denoised.clone() };
+        let denoised = self.denoised.as_ref().map(|denoised| denoised.as_ref().map(over).map_err(|error| *error));
+        Self { picture: self.picture.over(colour), denoised, ..self.clone() }
     }
 
     /// All numbers there are: the picture as it was sampled, with its layers and those of the denoised one.
@@ -128,6 +136,12 @@ fn lock<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
+/// What of a sample is covered and what is shadow, in parts that sums are taken of.
+#[inline(always)]
+fn shares<R: Real>(brought: &PathResult<R>) -> [u32; 2] {
+    [parts(brought.coverage), parts(brought.shadow)]
+}
+
 /// Some samples of one tile in one replicate.
 struct UnitJob<'a, R: Real, T> {
     camera: &'a Camera<R>,
@@ -184,7 +198,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
                         for index in self.samples.clone() {
                             let make = |most, samples: &mut Samples<_>| self.make_samples([x, y], index, most, samples);
                             let Some(brought) = ahead.next(tracer, make) else { break };
-                            let entered = pixel.add(brought.radiance, parts(brought.coverage));
+                            let entered = pixel.add(brought.radiance, shares(&brought));
                             dropped += u64::from(!entered);
                             firsts.add(|| ahead.first(), entered);
                         }
@@ -234,7 +248,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         for (y, upper) in lattice.chunks_exact(row).take(self.area.height as usize).enumerate() {
             let lower = &lattice[(y + 1) * row..][..row];
             for (x, (top, bottom)) in upper.windows(2).zip(lower.windows(2)).enumerate() {
-                let entered = [&bottom[0], &bottom[1], &top[0], &top[1]].map(|&(radiance, covered)| pixel.add(radiance, covered));
+                let entered = [&bottom[0], &bottom[1], &top[0], &top[1]].map(|&(radiance, shares)| pixel.add(radiance, shares));
                 dropped += entered.iter().filter(|entered| !**entered).count() as u64;
                 finish(plane, pixel.finish());
                 if !hits.is_empty() {
@@ -252,7 +266,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
     /// Radiance and coverage at the corners of the tile's pixels, each traced once for the up to four pixels that share it, and their first
     /// hits and what was seen without light from elsewhere, where layers ask for them.
     #[expect(clippy::type_complexity, reason = "two lists for one caller")]
-    fn lattice(&self, tracer: &mut T) -> (Vec<(R::Vec3, u32)>, Vec<(Option<FirstHit>, [f64; 3])>) {
+    fn lattice(&self, tracer: &mut T) -> (Vec<(R::Vec3, [u32; 2])>, Vec<(Option<FirstHit>, [f64; 3])>) {
         // One more each way than there are pixels.
         let inclusive = |range: Range<u32>| range.start..range.end + 1;
         let (columns, rows) = (inclusive(self.columns()), inclusive(self.rows()));
@@ -268,7 +282,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
                     samples.rays.extend((x..columns.end).take(most).map(|x| self.camera.ray(at(x), at(y), [0.5; 2])));
                 };
                 let Some(brought) = ahead.next(tracer, make) else { break };
-                corners.push((brought.radiance, parts(brought.coverage)));
+                corners.push((brought.radiance, shares(&brought)));
                 if asked {
                     let (first, direct) = ahead.first();
                     hits.push((first.copied(), direct));

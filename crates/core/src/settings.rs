@@ -86,15 +86,13 @@ pub struct Crop {
 }
 
 /// What camera rays see that hit nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Background {
     /// The sky.
     #[default]
     Environment,
-    /// Nothing: alpha 0, black.
+    /// Nothing: alpha 0, black; reflections and light still come from the sky. A studio's ground keeps its shadows, as black that covers.
     Transparent,
-    /// A linear colour; reflections and light still come from the sky.
-    Colour([f64; 3]),
 }
 
 /// Layers besides the colour.
@@ -213,6 +211,11 @@ impl Settings {
 
     /// No limit on the segments of a path: chance alone ends it.
     pub const UNLIMITED: u32 = u32::MAX;
+
+    /// Radiance behind a studio's ground where what is before it is kept apart: that of a white page, or as much of it as a limit leaves.
+    pub(crate) fn page_radiance(&self) -> f64 {
+        self.clamp.map_or(1.0, |most| most.min(1.0))
+    }
 
     /// What the scene itself asks for, with its first camera.
     pub fn of(scene: &Scene) -> Self {

@@ -1,6 +1,7 @@
 //! The command line: what each command prints, which exit code it ends with, what it says about mistakes.
 
 mod accuracy;
+mod backgrounds;
 mod beginnings;
 mod bench;
 mod choices;

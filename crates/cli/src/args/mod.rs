@@ -21,7 +21,7 @@ pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use denoise::DenoiseArgs;
 pub use merge::MergeArgs;
-pub use pictures::{Exposure, Frames, MOST_SAMPLES, Share, TevAddress, Views};
+pub use pictures::{BackgroundChoice, Exposure, Frames, MOST_SAMPLES, Share, TevAddress, Views};
 pub use render::{Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 pub use stability::StabilityArgs;

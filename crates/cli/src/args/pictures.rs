@@ -15,6 +15,17 @@ pub enum Exposure {
     Auto,
 }
 
+/// What is seen where nothing is hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BackgroundChoice {
+    /// The sky, or a studio's backdrop.
+    Environment,
+    /// Nothing: coverage is kept.
+    Transparent,
+    /// A colour, by its values in 0..1 as sRGB has them: those of its codes.
+    Colour([f64; 3]),
+}
+
 /// Views with their names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Views(pub Vec<(String, View)>);

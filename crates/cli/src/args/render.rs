@@ -9,11 +9,11 @@ use raywright_core::Settings;
 use raywright_core::bvh::{AcceleratorKind, BuildQuality};
 use raywright_core::framing::View;
 use raywright_core::scene::{Fit, Integrator, ToneMap, TransferCurve};
-use raywright_core::settings::{Aov, Background, Crop, PrecisionChoice};
+use raywright_core::settings::{Aov, Crop, PrecisionChoice};
 
 use super::DEFAULT_PRESET;
 use super::names;
-use super::pictures::{Exposure, Frames, Share, TevAddress, Views};
+use super::pictures::{BackgroundChoice, Exposure, Frames, Share, TevAddress, Views};
 use super::scene::{ChoiceArgs, SceneArgs};
 use super::values;
 
@@ -167,10 +167,11 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true, value_parser = values::crop)]
     pub crop: Option<Crop>,
 
-    /// What is seen where nothing is hit: env (the sky), transparent, or a colour: linear R,G,B, or as #e6b219, white,
-    /// rgb(230,178,25). It is light like all else in the picture, so exposure and tone map change it [default: env]
+    /// What is seen where nothing is hit: env (the sky), transparent, or a colour such as white, #e6b219 or rgb(230,178,25), which .png, .jpg
+    /// and .webp have by exactly these codes, whatever exposure and tone map are; .exr has its linear value. R,G,B are linear, from 0 to 1. The
+    /// shadow on a studio's ground stays: under transparent as alpha [default: env]
     #[arg(long, value_name = "env|transparent|COLOUR", allow_hyphen_values = true, value_parser = values::background)]
-    pub background: Option<Background>,
+    pub background: Option<BackgroundChoice>,
 }
 
 /// How light is computed, and how carefully.

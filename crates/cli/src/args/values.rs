@@ -10,13 +10,14 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use raywright_core::Settings;
+use raywright_core::display::curve::{encode, quantise};
 use raywright_core::effects::{Effect, SWITCHABLE};
 use raywright_core::framing::View;
-use raywright_core::scene::Fit;
-use raywright_core::settings::{Background, Crop};
+use raywright_core::scene::{Fit, TransferCurve};
+use raywright_core::settings::Crop;
 use raywright_core::suggest::closest;
 
-use super::{Exposure, Frames, MOST_SAMPLES, Share, TevAddress, Views};
+use super::{BackgroundChoice, Exposure, Frames, MOST_SAMPLES, Share, TevAddress, Views};
 
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = Settings::MOST_EDGE;
@@ -223,16 +224,18 @@ pub fn bytes(text: &str) -> Result<u64, String> {
     }
 }
 
-/// A background: `env`, `transparent` or `R,G,B`.
-pub fn background(text: &str) -> Result<Background, String> {
+/// A background: `env`, `transparent` or a colour. One that is written as codes has exactly those.
+pub fn background(text: &str) -> Result<BackgroundChoice, String> {
+    let encoded = |linear: [f64; 3]| linear.map(|value| encode(TransferCurve::Srgb, value));
+    let nearest = |value: f64| f64::from(quantise(value)) / 255.0;
     if let Some(colour) = parse_colour(text) {
-        return Ok(Background::Colour(colour));
+        return Ok(BackgroundChoice::Colour(encoded(colour).map(nearest)));
     }
     match (text, triple(text)) {
-        ("env", _) => Ok(Background::Environment),
-        ("transparent", _) => Ok(Background::Transparent),
-        (_, Ok(colour)) if colour.iter().all(|&v| v >= 0.0) => Ok(Background::Colour(colour)),
-        _ => Err("expected env, transparent or a colour: linear R,G,B of numbers from 0, such as 0.2,0.2,0.25, or #e6b219, white or rgb(230,178,25)".to_owned()),
+        ("env", _) => Ok(BackgroundChoice::Environment),
+        ("transparent", _) => Ok(BackgroundChoice::Transparent),
+        (_, Ok(colour)) if colour.iter().all(|v| (0.0..=1.0).contains(v)) => Ok(BackgroundChoice::Colour(encoded(colour))),
+        _ => Err("expected env, transparent or a colour: white, #e6b219, rgb(230,178,25), or linear R,G,B of numbers from 0 to 1, such as 0.2,0.2,0.25".to_owned()),
     }
 }
 
@@ -391,8 +394,11 @@ mod tests {
         assert_eq!(bytes("512M"), Ok(512 << 20));
         assert_eq!(bytes("2GiB"), Ok(2 << 30));
         assert_eq!(bytes("800000000"), Ok(800_000_000));
-        assert_eq!(background("env"), Ok(Background::Environment));
-        assert_eq!(background("0.2,0.2,0.25"), Ok(Background::Colour([0.2, 0.2, 0.25])));
+        assert_eq!(background("env"), Ok(BackgroundChoice::Environment));
+        assert_eq!(background("transparent"), Ok(BackgroundChoice::Transparent));
+        let codes = [230, 178, 25].map(|code| f64::from(code) / 255.0);
+        assert_eq!([background("#e6b219"), background("rgb(230,178,25)")], [(); 2].map(|()| Ok(BackgroundChoice::Colour(codes))));
+        assert_eq!(background("1,0,1"), Ok(BackgroundChoice::Colour([1.0, 0.0, 1.0])));
         assert_eq!(field_of_view("45"), Ok(45.0));
     }
 

@@ -22,8 +22,8 @@ use raywright_io::{Environment, EnvironmentSource, Error, Limits, LoadOptions, M
 
 use crate::args::values::Up;
 use crate::args::{
-    Accelerator, DisplayArgs, Exposure, Frames, LightArgs, MOST_SAMPLES, ProgressStyle, RenderArgs, SceneArgs, Share, TevAddress,
-    ViewArgs,
+    Accelerator, BackgroundChoice, DisplayArgs, Exposure, Frames, LightArgs, MOST_SAMPLES, ProgressStyle, RenderArgs, SceneArgs,
+    Share, TevAddress, ViewArgs,
 };
 use crate::console::Verbosity;
 use crate::failure::Failure;
@@ -182,7 +182,7 @@ impl Task {
 
     /// Whether pictures have coverage in place of a background.
     pub fn is_transparent(&self) -> bool {
-        self.look.view.background == Some(Background::Transparent)
+        self.look.view.background == Some(BackgroundChoice::Transparent)
     }
 
     fn refuse_what_is_of_one_picture(&self) -> Result<(), Failure> {
@@ -235,14 +235,25 @@ impl Task {
             seed: light.seed.unwrap_or(own.seed),
             precision: light.precision.map_or(own.precision, Into::into),
             accelerator: accel.map_or(own.accelerator, Into::into),
-            background: flags.background.unwrap_or(own.background),
+            background: match flags.background {
+                None => own.background,
+                Some(BackgroundChoice::Environment) => Background::Environment,
+                // What a colour is laid behind is rendered apart from it.
+                Some(BackgroundChoice::Transparent | BackgroundChoice::Colour(_)) => Background::Transparent,
+            },
             aovs: self.layers.clone(),
             max_memory: Some(self.options.limits.memory_bytes),
             ..own
         };
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         settings.camera = view::camera(scene, (flags, view), |view, fov| framed(scene, view, fov, aspect))?;
-        let display = shown(display, Display::of(&scene.render));
+        let display = Display {
+            background: match flags.background {
+                Some(BackgroundChoice::Colour(colour)) => Some(colour),
+                _ => None,
+            },
+            ..shown(display, Display::of(&scene.render))
+        };
         self.choices.apply(scene, &mut settings)?;
         let is_exposed = self.look.display.exposure == Some(Exposure::Auto);
         Ok(Plan { display: Display { output: settings.output, ..display }, settings, is_exposed })

@@ -225,7 +225,7 @@ mod tests {
         let mut pixel = CandidatePixel { base: [0.5; 3], ..CandidatePixel::default() };
         (pixel.added[1], pixel.apart[0]) = ([0.5; 3], [0.01; 3]);
         let four = film.replicate_quad().expect("all that is read");
-        let found = estimate(&film, &four, film.picture(), &[pixel; 32 * 16]).error.root_relmse;
+        let found = estimate(&film, &four, film.colours(), &[pixel; 32 * 16]).error.root_relmse;
         let (claim, by_own) = (0.005 * (1.0 / 0.37 + 1.0 / 0.17), 0.01 / 0.26);
         let off = (claim - by_own) / 4.0;
         assert!((found.value.powi(2) - claim).abs() < 1e-6, "{found:?} for {claim}");
@@ -294,7 +294,7 @@ mod tests {
                 pixel.apart[0] = [0.01 * (f32::from(u8::from(place % 32 / 8 % 2 == 1)) - below); 3];
             }
             let four = film.replicate_quad().expect("all that is read");
-            estimate(&film, &four, film.picture(), &pixels).error.doubt
+            estimate(&film, &four, film.colours(), &pixels).error.doubt
         };
         for below in [0.0, 0.5] {
             let [much, little] = [0.25, 0.05].map(|noise| doubt(noise, below));

@@ -119,6 +119,7 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<Denoised, Denoise
         return Err(DenoiseError::Cancelled);
     }
     mixture::mix(&four, [width, height], &mut pixels);
-    let picture = Picture { layers: Vec::new(), ..film.picture() };
-    Ok(claim::estimate(film, &four, picture, &pixels))
+    let mut denoised = claim::estimate(film, &four, film.colours(), &pixels);
+    film.take_off_backdrop(&mut denoised.picture);
+    Ok(denoised)
 }

@@ -1,7 +1,7 @@
 //! How much of a picture a display cannot tell apart, and the exposure that mends it.
 
 use super::Display;
-use crate::picture::{Picture, straight_colour};
+use crate::picture::Picture;
 
 /// Shares of a picture's pixels, 0 to 1, that a display shows as what they are not.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -68,10 +68,7 @@ fn is_spent(codes: [u8; 3], doubled: [u8; 3]) -> bool {
 /// Colours of pixels that show something, evenly over the picture.
 fn colours(picture: &Picture) -> Vec<[f32; 3]> {
     let step = picture.rgb.len() / LOOKED_AT + 1;
-    let colour = |i: usize| match &picture.alpha {
-        Some(alpha) => (alpha[i] > 0.0).then(|| straight_colour(picture.rgb[i], alpha[i])),
-        None => Some(picture.rgb[i]),
-    };
+    let colour = |i: usize| picture.surface_colour(i);
     (0..picture.rgb.len()).step_by(step).filter_map(colour).collect()
 }
 
@@ -80,7 +77,7 @@ mod tests {
     use super::*;
 
     fn picture(rgb: Vec<[f32; 3]>, alpha: Option<Vec<f32>>) -> Picture {
-        Picture { width: rgb.len() as u32, height: 1, rgb, alpha, layers: Vec::new(), window: None }
+        Picture { width: rgb.len() as u32, height: 1, rgb, alpha, ..Picture::default() }
     }
 
     /// Protects: a picture that is too bright or too dark by n stops gets them back, one that is right keeps its own, and one that no

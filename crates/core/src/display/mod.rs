@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use raywright_bvh::scalar::Real;
 use serde::{Deserialize, Serialize};
 
-use crate::picture::{Picture, straight_colour};
+use crate::picture::Picture;
 use crate::scene::{Render, ToneMap, TransferCurve};
 pub use codes::CodeTable;
 pub use output::Output;
@@ -37,16 +37,30 @@ pub struct Display {
     /// What files keep of the values.
     #[serde(default)]
     pub output: Output,
+    /// Display values of what lies behind what covers a picture: exactly these where nothing does. None: the coverage is kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub background: Option<[f64; 3]>,
 }
 
 impl Display {
     /// No exposure, no tone map, the sRGB curve: for pictures whose values are display-linear already.
-    pub const PLAIN: Self =
-        Self { tone_map: ToneMap::None, curve: TransferCurve::Srgb, exposure_stops: 0.0, output: Output::Eight };
+    pub const PLAIN: Self = Self {
+        tone_map: ToneMap::None,
+        curve: TransferCurve::Srgb,
+        exposure_stops: 0.0,
+        output: Output::Eight,
+        background: None,
+    };
+
+    /// Linear values of the background, as its codes are sRGB's: what a picture of linear numbers has behind it. Neither exposure nor tone map
+    /// has a part in it, since some codes are what no radiance becomes.
+    pub fn linear_background(&self) -> Option<[f64; 3]> {
+        self.background.map(|background| background.map(|value| curve::decode(TransferCurve::Srgb, value)))
+    }
 
     /// What a scene asks for.
     pub fn of(render: &Render) -> Self {
-        Self { tone_map: render.tone_map, curve: render.gamma, exposure_stops: render.exposure, output: Output::default() }
+        Self { tone_map: render.tone_map, curve: render.gamma, exposure_stops: render.exposure, ..Self::default() }
     }
 
     /// The mapping of single pixels, with its tables made.
@@ -56,28 +70,38 @@ impl Display {
             curve: self.curve,
             factor: Real::powf(2.0_f64, self.exposure_stops),
             codes: CodeTable::new(self.curve),
+            background: self.background,
         }
     }
 
-    /// Codes of a picture, row after row from the top: three a pixel, or four where the picture has a coverage; of two bytes each, the high one
+    /// Whether what it shows of a picture has a coverage: no background lies behind it.
+    pub fn has_alpha(&self, picture: &Picture) -> bool {
+        picture.alpha.is_some() && self.background.is_none()
+    }
+
+    /// Codes of a picture, row after row from the top: three a pixel, or four where what is shown has a coverage; of two bytes each, the high one
     /// first, where [`Output::Sixteen`] is asked for. [`Output::Float`] has no codes: they are those of sixteen bits.
     ///
     /// A coverage is stored straight, as PNG wants it: colours are divided by it before they are mapped.
     pub fn to_codes(self, picture: &Picture) -> Vec<u8> {
         let map = self.prepare();
-        let colour = |i: usize| match &picture.alpha {
-            Some(alpha) => straight_colour(picture.rgb[i], alpha[i]),
-            None => picture.rgb[i],
-        };
-        match (self.output, &picture.alpha) {
-            (Output::Eight, None) => by_rows(picture, |i, _| map.codes(colour(i))),
-            (Output::Dithered, None) => by_rows(picture, |i, place| map.dithered(colour(i), place)),
-            (Output::Eight, Some(alpha)) => by_rows(picture, |i, _| with(map.codes(colour(i)), eight(alpha[i]))),
-            (Output::Dithered, Some(alpha)) => by_rows(picture, |i, place| with(map.dithered(colour(i), place), eight(alpha[i]))),
-            (_, None) => by_rows(picture, |i, _| wide(map.sixteen(colour(i)))),
-            (_, Some(alpha)) => by_rows(picture, |i, _| {
-                let [[r0, r1], [g0, g1], [b0, b1]] = map.sixteen(colour(i)).map(u16::to_be_bytes);
-                let [a0, a1] = output::sixteen(f64::from(alpha[i]).clamp(0.0, 1.0)).to_be_bytes();
+        let values = |i: usize| map.covered(picture, i);
+        match (self.output, self.has_alpha(picture)) {
+            (Output::Eight, false) => by_rows(picture, |i, _| match picture.coverage(i) {
+                [1.0, _] => map.codes(picture.rgb[i]),
+                _ => values(i).0.map(curve::quantise),
+            }),
+            (Output::Eight, true) => by_rows(picture, |i, _| match picture.coverage(i) {
+                [surfaces, 0.0] => with(map.codes(picture.surface_colour(i).unwrap_or_default()), eight(surfaces.into())),
+                _ => with(values(i).0.map(curve::quantise), eight(values(i).1)),
+            }),
+            (Output::Dithered, false) => by_rows(picture, |i, place| dithered(values(i).0, place)),
+            (Output::Dithered, true) => by_rows(picture, |i, place| with(dithered(values(i).0, place), eight(values(i).1))),
+            (_, false) => by_rows(picture, |i, _| wide(values(i).0.map(output::sixteen))),
+            (_, true) => by_rows(picture, |i, _| {
+                let (colour, alpha) = values(i);
+                let [r0, r1, g0, g1, b0, b1] = wide(colour.map(output::sixteen));
+                let [a0, a1] = output::sixteen(alpha.clamp(0.0, 1.0)).to_be_bytes();
                 [r0, r1, g0, g1, b0, b1, a0, a1]
             }),
         }
@@ -87,7 +111,7 @@ impl Display {
     pub fn to_values(self, picture: &Picture) -> Picture {
         let map = self.prepare();
         let rgb = picture.rgb.par_iter().map(|&rgb| map.values(rgb)).collect();
-        Picture { width: picture.width, height: picture.height, rgb, alpha: None, layers: Vec::new(), window: picture.window }
+        Picture { width: picture.width, height: picture.height, rgb, window: picture.window, ..Picture::default() }
     }
 }
 
@@ -107,8 +131,12 @@ fn with([r, g, b]: [u8; 3], a: u8) -> [u8; 4] {
     [r, g, b, a]
 }
 
-fn eight(alpha: f32) -> u8 {
-    curve::quantise(f64::from(alpha).clamp(0.0, 1.0))
+fn eight(alpha: f64) -> u8 {
+    curve::quantise(alpha.clamp(0.0, 1.0))
+}
+
+fn dithered(values: [f64; 3], place: [u32; 2]) -> [u8; 3] {
+    core::array::from_fn(|channel| output::dithered(values[channel], place, channel))
 }
 
 fn wide(codes: [u16; 3]) -> [u8; 6] {
@@ -123,6 +151,7 @@ pub struct DisplayMap {
     curve: TransferCurve,
     factor: f64,
     codes: CodeTable,
+    background: Option<[f64; 3]>,
 }
 
 impl DisplayMap {
@@ -140,15 +169,21 @@ impl DisplayMap {
         }
     }
 
-    /// 16-bit codes of linear radiance.
-    pub fn sixteen(&self, rgb: [f32; 3]) -> [u16; 3] {
-        self.values_in_full(rgb).map(output::sixteen)
-    }
-
-    /// 8-bit codes of linear radiance at a place of the picture, dithered.
-    pub fn dithered(&self, rgb: [f32; 3], place: [u32; 2]) -> [u8; 3] {
-        let values = self.values_in_full(rgb);
-        core::array::from_fn(|channel| output::dithered(values[channel], place, channel))
+    /// Display values of a pixel with the coverage that lays them over a page, or of the pixel before the background.
+    ///
+    /// Coverage mixes display values, not light: pages and most editors do, so that a transparent picture on a page looks like one whose background
+    /// is the page's colour. What light is left of a shadow is a factor on light, which the curve makes one on display values: exactly so for a
+    /// power, within three codes for sRGB.
+    fn covered(&self, picture: &Picture, pixel: usize) -> ([f64; 3], f64) {
+        let [surfaces, shadow] = picture.coverage(pixel).map(f64::from);
+        let (clear, colour) = (1.0 - surfaces, self.values_in_full(picture.surface_colour(pixel).unwrap_or_default()));
+        let left = if shadow > 0.0 { curve::encode(self.curve, ((clear - shadow) / clear).clamp(0.0, 1.0)) } else { 1.0 };
+        let behind = clear * left;
+        match self.background {
+            Some(background) => (core::array::from_fn(|i| surfaces * colour[i] + behind * background[i]), 1.0),
+            None if shadow > 0.0 => (colour.map(|value| value * surfaces / (1.0 - behind)), 1.0 - behind),
+            None => (colour, surfaces),
+        }
     }
 
     /// Display values before they are rounded to f32.

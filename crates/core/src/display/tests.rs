@@ -167,8 +167,7 @@ fn codes_of_every_kind() {
         height: 1,
         rgb: vec![[0.25, 0.5, 1.0], [0.0, 0.1, 7.0]],
         alpha: Some(vec![1.0, 0.5]),
-        layers: Vec::new(),
-        window: None,
+        ..Picture::default()
     };
     let linear = Display { curve: TransferCurve::None, output: Output::Sixteen, ..Display::PLAIN };
     // 65535/4 + ½ = 16384.25, 65535/2 + ½ = 32768, and of the second pixel, whose colours are divided by its coverage, 0.2: 13107.5.
@@ -193,4 +192,67 @@ fn codes_of_every_kind() {
     let neighbours = codes.chunks_exact(3).zip(codes.chunks_exact(3).skip(1)).filter(|(a, b)| a[0] != b[0]).count();
     assert!(neighbours > 1500, "neighbours differ mostly: {neighbours} of 4096");
     assert_eq!(dithered.to_codes(&opaque).len(), 6);
+}
+
+/// A picture of one pixel that surfaces cover and a shadow darkens so far.
+fn pixel_of(colour: [f32; 3], [surfaces, shadow]: [f32; 2]) -> Picture {
+    let (rgb, alpha) = (vec![colour.map(|channel| channel * surfaces)], Some(vec![surfaces + shadow]));
+    Picture { rgb, alpha, shadow: Some(vec![shadow]), ..Picture::new(1, 1) }
+}
+
+/// Protects: a background has exactly its codes where nothing covers it, by every tone map, curve and exposure and for every output, and what covers
+/// a pixel wholly shows nothing of it; a NaN is marked.
+#[test]
+fn backgrounds_have_exactly_their_codes() {
+    for display in every_display() {
+        for codes in [[255, 255, 255], [0, 0, 0], [230, 178, 25], [255, 0, 0], [1, 128, 254]] {
+            let background = Some(codes.map(|code| f64::from(code) / 255.0));
+            let display = Display { background, ..display };
+            let [empty, full, nan] = [([7.0; 3], 0.0), ([0.2, 0.5, 0.1], 1.0), ([f32::NAN; 3], 1.0)]
+                .map(|(colour, surfaces)| pixel_of(colour, [surfaces, 0.0]));
+            assert!(!display.has_alpha(&empty) && Display { background: None, ..display }.has_alpha(&empty));
+            assert_eq!(display.to_codes(&empty), codes, "{display:?}");
+            assert_eq!(Display { output: Output::Dithered, ..display }.to_codes(&empty), codes, "{display:?}");
+            let wide: Vec<u8> = codes.iter().flat_map(|&code| [code; 2]).collect();
+            assert_eq!(Display { output: Output::Sixteen, ..display }.to_codes(&empty), wide, "{display:?}");
+            let alone = Picture { alpha: None, shadow: None, ..full.clone() };
+            assert_eq!(display.to_codes(&full), Display { background: None, ..display }.to_codes(&alone), "{display:?}");
+            assert_eq!(display.to_codes(&nan), [255, 0, 255]);
+        }
+    }
+}
+
+/// Protects: a transparent picture that a page lays over its colour, code by code, is the picture with that background within two codes, for
+/// surfaces, shadows and both in a pixel; and of a shadow alone it is what its light leaves of the colour, within three codes of sRGB and one of a power.
+#[test]
+fn pages_show_what_a_background_shows() {
+    for display in every_display() {
+        for page in [[255, 255, 255], [128, 128, 128], [230, 25, 60], [0, 0, 0]] {
+            let direct = Display { background: Some(page.map(|code| f64::from(code) / 255.0)), ..display };
+            for (surfaces, shadow) in
+                (0..=8).flat_map(|i| (0..=8).map(move |k| (i, k))).map(|(i, k)| (i as f32 / 8.0, k as f32 / 8.0))
+            {
+                let shadow = shadow * (1.0 - surfaces);
+                for colour in [[0.0; 3], [0.9, 0.4, 0.05], [8.0; 3]] {
+                    let picture = pixel_of(colour, [surfaces, shadow]);
+                    let (over, expected) = (display.to_codes(&picture), direct.to_codes(&picture));
+                    let alpha = f64::from(over[3]) / 255.0;
+                    for i in 0..3 {
+                        let laid = alpha * f64::from(over[i]) + (1.0 - alpha) * f64::from(page[i]);
+                        let apart = (laid.round() - f64::from(expected[i])).abs();
+                        assert!(apart <= 2.0, "{display:?} {page:?} {surfaces} {shadow}: {over:?} {expected:?}");
+                    }
+                }
+                if surfaces == 0.0 {
+                    let light =
+                        page.map(|code| (1.0 - f64::from(shadow)) * curve::decode(display.curve, f64::from(code) / 255.0));
+                    let lit = light.map(|light| curve::quantise(curve::encode(display.curve, light)));
+                    let apart =
+                        lit.iter().zip(direct.to_codes(&pixel_of([0.0; 3], [0.0, shadow]))).map(|(&a, b)| a.abs_diff(b)).max();
+                    let most = if display.curve == TransferCurve::Srgb { 3 } else { 1 };
+                    assert!(apart <= Some(most), "{display:?} {page:?} {shadow}: {apart:?}");
+                }
+            }
+        }
+    }
 }

@@ -32,15 +32,24 @@ impl<'a> ReplicateStats<'a> {
     }
 
     /// Share of a pixel that something covers.
-    pub fn coverage(&self, pixel: usize) -> f32 {
+    pub fn coverage(&self, pixel: usize) -> f64 {
+        self.share(pixel, |plane| &plane.covered)
+    }
+
+    /// Share of a pixel that is a ground's shadow.
+    pub fn shadow(&self, pixel: usize) -> f64 {
+        self.share(pixel, |plane| &plane.shadowed)
+    }
+
+    fn share(&self, pixel: usize, of: impl Fn(&ReplicateBuffer) -> &Vec<u32>) -> f64 {
         let (mut covered, mut weights) = (0.0, 0.0);
         for plane in &self.planes {
             let n = plane.samples[pixel];
             let weight = if self.even { 1.0 / f64::from(n.max(1)) } else { 1.0 };
-            covered += weight * (f64::from(plane.covered[pixel]) / f64::from(WHOLE));
+            covered += weight * (f64::from(of(plane)[pixel]) / f64::from(WHOLE));
             weights += weight * f64::from(n);
         }
-        (covered / f64::max(weights, 1.0)) as f32
+        covered / f64::max(weights, 1.0)
     }
 
     /// Means of a pixel's replicates that have any samples.

@@ -343,15 +343,22 @@ impl Film {
         ReplicateStats::new(self.planes.iter().flatten(), self.plan.adaptive)
     }
 
-    /// The picture so far: of pixels that lack samples the mean of those they have, black without any.
-    pub fn picture(&self) -> Picture {
+    /// The means of all pixels, with what lies behind a ground, and nothing else.
+    pub(crate) fn colours(&self) -> Picture {
         let (plan, planes) = (&self.plan, self.there());
-        let all = 0..plan.pixels();
         let mut picture = Picture { window: plan.window(), ..Picture::new(plan.crop.width, plan.crop.height) };
         for (pixel, colour) in picture.rgb.iter_mut().enumerate() {
             *colour = planes.mean(pixel).0.map(|c| c as f32);
         }
-        picture.alpha = plan.alpha.then(|| all.clone().map(|pixel| planes.coverage(pixel)).collect());
+        picture
+    }
+
+    /// The picture so far: of pixels that lack samples the mean of those they have, black without any.
+    pub fn picture(&self) -> Picture {
+        let (plan, planes) = (&self.plan, self.there());
+        let all = 0..plan.pixels();
+        let mut picture = self.colours();
+        self.take_off_backdrop(&mut picture);
         let mut layers: Vec<(&str, Vec<f32>)> = Vec::new();
         for (k, (aov, names)) in plan.layers.mean.iter().enumerate().filter(|(_, (aov, _))| plan.shows(*aov)) {
             let mean = |i: usize| all.clone().map(|pixel| self.layer_mean(k, *aov, i, pixel)).collect();
@@ -370,6 +377,31 @@ impl Film {
         }
         picture.layers = layers.into_iter().map(|(name, samples)| Layer { name: name.to_owned(), samples }).collect();
         picture
+    }
+
+    /// Gives a picture of the film's colours its coverage, and takes off what lies behind a ground. What is nothing but ground has no colour, and
+    /// says itself how much of it is shadow, so that noise that was filtered out of it stays out.
+    pub(crate) fn take_off_backdrop(&self, picture: &mut Picture) {
+        if !self.plan.alpha {
+            return;
+        }
+        let (planes, all) = (self.there(), 0..self.plan.pixels());
+        let mut alpha: Vec<f32> = all.clone().map(|pixel| planes.coverage(pixel) as f32).collect();
+        if let Some(backdrop) = self.plan.backdrop {
+            let shadow = |pixel: usize| {
+                let (rgb, covered) = (&mut picture.rgb[pixel], planes.coverage(pixel));
+                let seen = rgb.iter().map(|&channel| f64::from(channel)).sum::<f64>() / 3.0;
+                let is_drawn = planes.mean(pixel).1 > 0.0;
+                let clear = if covered > 0.0 { 1.0 - covered - planes.shadow(pixel) } else { seen / backdrop }.clamp(0.0, 1.0);
+                *rgb =
+                    rgb.map(|channel| if covered > 0.0 { (f64::from(channel) - backdrop * clear).max(0.0) as f32 } else { 0.0 });
+                if is_drawn { (1.0 - covered - clear).max(0.0) as f32 } else { 0.0 }
+            };
+            let shadow: Vec<f32> = all.map(shadow).collect();
+            alpha.iter_mut().zip(&shadow).for_each(|(alpha, shadow)| *alpha += shadow);
+            picture.shadow = Some(shadow);
+        }
+        picture.alpha = Some(alpha);
     }
 
     /// One channel of a layer that is a mean over the samples, weighted by how many each replicate has.

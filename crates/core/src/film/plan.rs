@@ -84,6 +84,10 @@ pub(crate) struct Plan {
     pub random: bool,
     /// Whether the coverage of pixels is kept.
     pub alpha: bool,
+    /// Radiance that sums have of what lies behind a studio's ground, whose shadows are kept beside the coverage; none: there is no ground.
+    /// Errors are those of the picture before a page like that, so that a noisy shadow counts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub backdrop: Option<f64>,
     pub layers: Layers,
     /// Whether samples are the places of a pattern, which belong together.
     is_fixed: bool,
@@ -104,8 +108,8 @@ fn division(samples: u32, asked: Option<u32>, is_fixed: bool) -> u32 {
 }
 
 impl Plan {
-    /// `random`: whether samples lie at random places, or draw points of lights or lenses.
-    pub fn new(settings: &Settings, random: bool) -> Self {
+    /// `random`: whether samples lie at random places, or draw points of lights or lenses; `grounded`: whether there is a ground with shadows.
+    pub fn new(settings: &Settings, random: bool, grounded: bool) -> Self {
         let [width, height] = settings.size;
         let by_replicates = random && !settings.sampling.is_fixed();
         let adaptive = settings.max_error.is_some() && by_replicates;
@@ -126,6 +130,7 @@ impl Plan {
             replicates: division(settings.sampling.count(), asked, settings.sampling.is_fixed()),
             random,
             alpha: settings.background == Background::Transparent,
+            backdrop: (settings.background == Background::Transparent && grounded).then(|| settings.page_radiance()),
             layers: settings.aovs.iter().chain(denoise.iter().flatten()).copied().collect::<Vec<_>>().into(),
             is_fixed: settings.sampling.is_fixed(),
             adaptive,
@@ -185,6 +190,7 @@ impl Plan {
             (self.adaptive != other.adaptive, "maximum error"),
             (self.denoise != other.denoise, "denoising"),
             ((self.random, self.alpha, &self.layers) != (other.random, other.alpha, &other.layers), "scene"),
+            (self.backdrop != other.backdrop, "ground"),
         ];
         differs.into_iter().find(|(differs, _)| *differs).map(|(_, what)| what)
     }
@@ -278,11 +284,12 @@ impl Plan {
     /// three sums in f64 and a count, once the spread of the samples, and the picture's colour.
     fn bytes_a_pixel(&self) -> u64 {
         let (mean, centre) = (self.layers.mean.len() as u64, self.layers.centre.len() as u64);
-        let counts = 2 + if self.alpha { 4 } else { 0 } + if self.counts_first_hits() { 2 } else { 0 };
+        let coverage = if self.alpha { 4 } else { 0 } + if self.backdrop.is_some() { 4 } else { 0 };
+        let counts = 2 + coverage + if self.counts_first_hits() { 2 } else { 0 };
         let open = (0..self.replicates).filter(|&replicate| self.adaptive || has_open(self.samples_of(replicate))).count() as u64;
         let film =
             u64::from(self.replicates) * (24 + counts + 24 * mean) + 24 * open + if self.random { 12 } else { 0 } + 4 * centre;
-        let picture = 12 + if self.alpha { 4 } else { 0 } + 4 * self.channels();
+        let picture = 12 + coverage + 4 * self.channels();
         let denoised = if self.denoise.is_some() { demand::BYTES_A_PIXEL } else { 0 };
         film + picture + denoised
     }

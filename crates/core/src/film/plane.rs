@@ -17,6 +17,8 @@ pub(crate) struct ReplicateBuffer {
     pub samples: Vec<u16>,
     /// What of them something covers, in parts of [`WHOLE`](super::sums::WHOLE), for the alpha.
     pub covered: Vec<u32>,
+    /// What of them is a ground's shadow, in such parts.
+    pub shadowed: Vec<u32>,
     /// Camera rays that hit something first, for layers that are means over those; they include dropped samples.
     pub first_hits: Vec<u16>,
     /// Sums of the layers that come from first hits.
@@ -74,6 +76,7 @@ impl ReplicateBuffer {
             open: Vec::new(),
             samples: vec![0; n],
             covered: vec![0; if plan.alpha { n } else { 0 }],
+            shadowed: vec![0; if plan.backdrop.is_some() { n } else { 0 }],
             first_hits: vec![0; if plan.counts_first_hits() { n } else { 0 }],
             layers: plan.layers.mean.iter().map(|_| vec![[0.0; 3]; n]).collect(),
         }
@@ -102,6 +105,9 @@ impl ReplicateBuffer {
         if plan.alpha {
             self.covered.push(pixel.covered);
         }
+        if plan.backdrop.is_some() {
+            self.shadowed.push(pixel.shadowed);
+        }
     }
 
     /// What a pixel's sums were after so many samples, to go on with.
@@ -115,8 +121,8 @@ impl ReplicateBuffer {
             (false, true) => ([0.0; 3], of),
             (false, false) => (of, [0.0; 3]),
         };
-        let covered = self.covered.get(pixel).copied().unwrap_or(0);
-        Sums { sum, open, spread: [0.0; 3], samples: self.samples[pixel], covered }
+        let [covered, shadowed] = [&self.covered, &self.shadowed].map(|of| of.get(pixel).copied().unwrap_or(0));
+        Sums { sum, open, spread: [0.0; 3], samples: self.samples[pixel], covered, shadowed }
     }
 
     /// Sum of all of a pixel's samples.
@@ -139,6 +145,7 @@ impl ReplicateBuffer {
         }
         copy(&mut self.samples, to, &of.samples, from);
         copy(&mut self.covered, to, &of.covered, from);
+        copy(&mut self.shadowed, to, &of.shadowed, from);
         copy(&mut self.first_hits, to, &of.first_hits, from);
         for (into, of) in self.layers.iter_mut().zip(&of.layers) {
             copy(into, to, of, from);
@@ -152,13 +159,14 @@ impl ReplicateBuffer {
             open: cut(&self.open, from),
             samples: cut(&self.samples, from),
             covered: cut(&self.covered, from),
+            shadowed: cut(&self.shadowed, from),
             first_hits: cut(&self.first_hits, from),
             layers: self.layers.iter().map(|layer| cut(layer, from)).collect(),
         }
     }
 
     pub fn bytes(&self) -> usize {
-        let counts = 2 * (self.samples.len() + self.first_hits.len()) + 4 * self.covered.len();
+        let counts = 2 * (self.samples.len() + self.first_hits.len()) + 4 * (self.covered.len() + self.shadowed.len());
         24 * (self.sums.len() + self.open.len()) + counts + self.layers.iter().map(|layer| 24 * layer.len()).sum::<usize>()
     }
 }

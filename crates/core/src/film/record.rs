@@ -128,6 +128,7 @@ impl Film {
         numbers.doubles(plane.open.as_flattened_mut())?;
         numbers.counts(&mut plane.samples)?;
         numbers.wholes(&mut plane.covered)?;
+        numbers.wholes(&mut plane.shadowed)?;
         numbers.counts(&mut plane.first_hits)?;
         for layer in &mut plane.layers {
             numbers.doubles(layer.as_flattened_mut())?;

@@ -39,6 +39,8 @@ pub(crate) struct Sums {
     pub samples: u16,
     /// What of them something covers, in parts of [`WHOLE`], for the alpha: whole numbers, so that no order matters.
     pub covered: u32,
+    /// What of them is a ground's shadow, in such parts.
+    pub shadowed: u32,
 }
 
 impl Sums {
@@ -82,13 +84,14 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
         self.block.resume(sums.open);
     }
 
-    /// Adds a sample and what of it is covered, in parts of [`WHOLE`]. One that is not finite is dropped: false.
+    /// Adds a sample with what of it is covered and what is shadow, in parts of [`WHOLE`]. One that is not finite is dropped: false.
     #[inline(always)]
-    pub fn add(&mut self, radiance: R::Vec3, covered: u32) -> bool {
+    pub fn add(&mut self, radiance: R::Vec3, [covered, shadowed]: [u32; 2]) -> bool {
         let finite = radiance.is_finite();
         if finite {
             self.block.put(radiance);
             self.sums.covered += covered;
+            self.sums.shadowed += shadowed;
             self.met += u64::from(covered > 0);
             self.sums.samples += 1;
         }

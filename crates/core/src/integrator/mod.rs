@@ -35,6 +35,8 @@ pub(crate) struct PathResult<R: Real> {
     pub radiance: R::Vec3,
     /// Share of the ray that something covers, seen through what is there in part.
     pub coverage: R,
+    /// Share of what it sees of the studio's ground that lies in shadow, where nothing covers it.
+    pub shadow: R,
 }
 
 /// Camera rays with the addresses of their samples.

@@ -125,6 +125,8 @@ struct PathState<R: Real> {
     passages: u32,
     /// Whether it has met a surface.
     hit: bool,
+    /// Share of the studio's light that is kept from the ground where its camera ray came to it.
+    shadow: R,
     /// Least density with which it left one, the last one apart: how far it was scattered before.
     spread: f64,
     /// The bodies that it is in.
@@ -170,6 +172,7 @@ impl<R: Real> PathTracer<'_, R> {
             matched: 0,
             passages: 0,
             hit: false,
+            shadow: R::ZERO,
             spread: f64::INFINITY,
             media: self.media,
             previous: PreviousVertex { from: ray.origin, normal: ray.direction, density: f64::INFINITY },

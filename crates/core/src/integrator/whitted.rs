@@ -72,7 +72,7 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
             let known = self.first_hits.get(place).copied();
             self.follow(&mut path, known);
             let veil = self.scene.veil;
-            out.paths.push(PathResult { radiance: path.radiance + veil, coverage: path.covered });
+            out.paths.push(PathResult { radiance: path.radiance + veil, coverage: path.covered, shadow: R::ZERO });
             if self.keeps_first {
                 out.first_hits.push(self.first);
                 out.direct.push(self.direct + veil);

@@ -47,7 +47,7 @@ pub(crate) fn estimate<R: Real>(setup: &RenderSetup<'_>) -> Memory {
     let random = paths || lens || needs.lamps > 0 || !settings.sampling.is_fixed();
     let lights = needs.lamps.saturating_add(scene.lights.len() as u64);
     let choice = if paths { LightChoice::bytes_of(lights, needs.lamps).saturating_add(LightUsage::bytes_of(lights)) } else { 0 };
-    let plan = Plan::new(settings, random);
+    let plan = Plan::new(settings, random, simulated.has(Effect::GroundShadow));
     let times = |count: u64, each: usize| count.saturating_mul(each as u64);
     let tables = [
         times(count(scene), size_of::<ObjectRecord<R>>()),

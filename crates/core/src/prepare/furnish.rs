@@ -53,9 +53,11 @@ const LIT: f64 = 0.7;
 impl<R: Real> Prepared<R> {
     /// Puts up a studio's backdrop and ground for a camera; what is bright was decided before, or is now.
     pub(super) fn furnish(&mut self, studio: &Studio, camera: &Camera, settings: &Settings, simulated: EffectSet) {
-        let sees_shadows = settings.background != Background::Transparent && simulated.has(Effect::GroundShadow);
-        self.ground = if sees_shadows { Ground::below(self, &self.lights.sky) } else { None };
-        if settings.background != Background::Environment {
+        self.ground = if simulated.has(Effect::GroundShadow) { Ground::below(self, &self.lights.sky) } else { None };
+        if settings.background == Background::Transparent {
+            if self.ground.is_some() {
+                self.backdrop = Some(Backdrop::Plain(Vector::splat(R::from_f64(settings.page_radiance()))));
+            }
             return;
         }
         let radiance = studio.backdrop.or(self.studio_backdrop).unwrap_or_else(|| {

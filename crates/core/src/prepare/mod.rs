@@ -138,7 +138,6 @@ impl<R: Real> Prepared<R> {
         let backdrop = match settings.background {
             Background::Environment => None,
             Background::Transparent => Some(Backdrop::Plain(Vector::ZERO)),
-            Background::Colour(c) => Some(Backdrop::Plain(Vector::from_f64(c.into()))),
         };
         let camera = Camera::towards(&view, settings.size, &built.geometry.bounded_part());
         let absorbs = simulated.has(Effect::Absorption) && materials.iter().any(|material| material.absorption().is_some());

@@ -1,6 +1,6 @@
 //! Settings that no picture can be made with are refused before anything is built.
 
-use super::{Background, Crop, Sampling, Settings};
+use super::{Crop, Sampling, Settings};
 
 /// What is wrong with settings.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -30,9 +30,6 @@ pub enum SettingsError {
         /// Its value.
         value: f64,
     },
-    /// A channel of the background is less than zero or not finite.
-    #[error("a background of {0:?} can't be shown: each channel is a finite number of at least 0")]
-    Background([f64; 3]),
 }
 
 impl Settings {
@@ -63,12 +60,7 @@ impl Settings {
                 return Err(SettingsError::Number { name, value });
             }
         }
-        match self.background {
-            Background::Colour(colour) if !colour.iter().all(|c| c.is_finite() && *c >= 0.0) => {
-                Err(SettingsError::Background(colour))
-            }
-            _ => Ok(()),
-        }
+        Ok(())
     }
 }
 
@@ -91,7 +83,6 @@ mod tests {
         let count = |count| Settings { sampling: Sampling::General(count), ..settings() };
         let depth = |max_depth| Settings { max_depth, ..settings() };
         let clamp = |value| Settings { clamp: Some(value), ..settings() };
-        let shown = |red| Settings { background: Background::Colour([red, 0.0, 0.0]), ..settings() };
         for good in [
             Settings { size: [1, most], ..settings() },
             crop(0, 0, 8, 6),
@@ -101,7 +92,6 @@ mod tests {
             depth(1),
             depth(Settings::UNLIMITED),
             clamp(1e-9),
-            shown(0.0),
         ] {
             assert_eq!(good.check(), Ok(()), "{good:?}");
         }
@@ -119,7 +109,6 @@ mod tests {
             (clamp(0.0), E::Number { name: "clamp", value: 0.0 }),
             (clamp(f64::INFINITY), E::Number { name: "clamp", value: f64::INFINITY }),
             (Settings { max_error: Some(-1.0), ..settings() }, E::Number { name: "max_error", value: -1.0 }),
-            (shown(-0.5), E::Background([-0.5, 0.0, 0.0])),
         ] {
             assert_eq!(bad.check(), Err(error), "{bad:?}");
             assert!(error.to_string().len() > 30, "{error}");

@@ -71,13 +71,12 @@ fn maps_lie_as_documented() {
 fn backgrounds_hide_the_sky_from_the_camera() {
     let scene = floor(classic(json!({ "local": 0, "reflection": { "weight": 1 } })), json!({ "sky": { "constant": [0, 1, 0] } }));
     let up: View = [[0.0, 2.0, 0.0], [0.0, 3.0, 0.0]];
-    let colour = Background::Colour([0.25, 0.5, 0.75]);
-    near(pixel(&scene, &Settings { background: colour, ..settings(&scene, up) }), [0.25, 0.5, 0.75], 1e-6, "colour");
-    near(pixel(&scene, &Settings { background: colour, ..settings(&scene, DOWN) }), [0.0, 1.0, 0.0], 1e-6, "mirrored");
     for (view, rgb, alpha) in [(up, [0.0; 3], 0.0), (DOWN, [0.0, 1.0, 0.0], 1.0)] {
         let settings = Settings { background: Background::Transparent, ..settings(&scene, view) };
         let picture = rendered(&scene, &settings).picture;
+        let behind = picture.over([0.25, 0.5, 0.75]).rgb[0].map(f64::from);
         assert_eq!((picture.rgb[0], picture.alpha), (rgb, Some(vec![alpha])));
+        near(behind, if alpha > 0.0 { [0.0, 1.0, 0.0] } else { [0.25, 0.5, 0.75] }, 1e-6, "before a colour");
     }
     assert_eq!(rendered(&scene, &settings(&scene, up)).picture.alpha, None);
 }

@@ -70,7 +70,7 @@ impl Animation {
     /// Of kind other where it differs from the first one in size, or can't be kept.
     pub fn add(&mut self, picture: &Picture, display: Display) -> io::Result<()> {
         let display = Display { output: Output::Eight, ..display };
-        let (size, has_alpha) = ([picture.width, picture.height], picture.alpha.is_some());
+        let (size, has_alpha) = ([picture.width, picture.height], display.has_alpha(picture));
         if self.lengths.is_empty() {
             (self.size, self.display, self.has_alpha) = (size, display, has_alpha);
         } else if self.size != size {

@@ -13,7 +13,7 @@ use super::metadata::Metadata;
 
 /// A JPEG of the picture as the display settings show it, colour at full resolution; `quality` from 1 to 100. It has no coverage.
 pub fn jpeg_bytes(picture: &Picture, quality: u8, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
-    if picture.alpha.is_some() {
+    if display.has_alpha(picture) {
         return Err(io::Error::other("a JPEG has no transparency"));
     }
     let mut bytes = Vec::new();
@@ -37,7 +37,7 @@ fn encode(mut encoder: impl ImageEncoder, picture: &Picture, display: Display, m
     // Both formats have codes of eight bits.
     let output = if display.output.bytes() == 1 { display.output } else { Output::Eight };
     let codes = Display { output, ..display }.to_codes(picture);
-    let kind = if picture.alpha.is_some() { ExtendedColorType::Rgba8 } else { ExtendedColorType::Rgb8 };
+    let kind = if display.has_alpha(picture) { ExtendedColorType::Rgba8 } else { ExtendedColorType::Rgb8 };
     encoder.write_image(&codes, picture.width, picture.height, kind).map_err(io::Error::other)
 }
 

@@ -9,13 +9,13 @@ use raywright_core::scene::TransferCurve;
 
 use super::metadata::Metadata;
 
-/// A PNG of the picture as the display settings show it: RGB of 8 bits, or of 16 where they ask for more, or RGBA where the picture has a coverage (stored
+/// A PNG of the picture as the display settings show it: RGB of 8 bits, or of 16 where they ask for more, or RGBA where what is shown has a coverage (stored
 /// straight). An sRGB curve is declared by the sRGB chunk, any other by gAMA alone; metadata are tEXt chunks, or iTXt where a
 /// text is not plain ASCII. Pixels with a NaN have the codes of [`raywright_core::display::NAN_MARKER`].
 pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
     super::check_consistent(picture)?;
     let mut bytes = Vec::new();
-    let encoder = encoder(&mut bytes, [picture.width, picture.height], picture.alpha.is_some(), display, metadata)?;
+    let encoder = encoder(&mut bytes, [picture.width, picture.height], display.has_alpha(picture), display, metadata)?;
     let mut writer = encoder.write_header().map_err(io::Error::other)?;
     writer.write_image_data(&display.to_codes(picture)).map_err(io::Error::other)?;
     writer.finish().map_err(io::Error::other)?;

@@ -150,7 +150,7 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
     for chunk in &reader.info().utf8_text {
         texts.extend(chunk.get_text().ok().map(|text| (chunk.keyword.clone(), text)));
     }
-    let picture = Picture { width, height, rgb, alpha, layers: Vec::new(), window: None };
+    let picture = Picture { width, height, rgb, alpha, ..Picture::default() };
     Ok(StoredPicture { notation: "PNG", picture, encoding: Encoding::Display, has_colour: true, texts })
 }
 
@@ -164,7 +164,7 @@ fn decode_page(file: PageFile<'_>, limits: &Limits) -> Result<StoredPicture, Fai
     let codes = image.into_rgba8();
     let rgb = codes.pixels().map(|pixel| [0, 1, 2].map(|i| share(pixel.0[i]))).collect();
     let alpha = has_alpha.then(|| codes.pixels().map(|pixel| share(pixel.0[3])).collect());
-    let picture = Picture { width, height, rgb, alpha, layers: Vec::new(), window: None };
+    let picture = Picture { width, height, rgb, alpha, ..Picture::default() };
     Ok(StoredPicture { notation, picture, encoding: Encoding::Display, has_colour: true, texts: exif::texts(&exif) })
 }
 

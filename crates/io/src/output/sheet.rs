@@ -116,7 +116,7 @@ pub(super) fn over_paper(picture: &Picture, display: Display) -> RgbImage {
     let codes = display.to_codes(picture);
     let (width, height) = (picture.width, picture.height);
     let empty = || RgbImage::from_pixel(width, height, Rgb(PAPER));
-    if picture.alpha.is_none() {
+    if !display.has_alpha(picture) {
         return RgbImage::from_raw(width, height, codes).unwrap_or_else(empty);
     }
     let mut sheet = empty();

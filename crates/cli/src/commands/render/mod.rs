@@ -8,10 +8,11 @@ pub mod tell;
 mod tev;
 pub mod write;
 
+use std::borrow::Cow;
 use std::io::{self, IsTerminal};
 
 use raywright_core::denoise::FEWEST_SAMPLES;
-use raywright_core::display::Output;
+use raywright_core::display::{Display, Output};
 use raywright_core::film::Uncertainty;
 use raywright_core::ladder::RungValue;
 use raywright_core::settings::Settings;
@@ -48,11 +49,15 @@ fn metadata(task: &Task, session: &Session, rendered: &Rendered, noisy: Option<&
 }
 
 /// The hash of a picture's pixels, where it is asked for, beside each file that has them; beside a name where none has.
-fn print_hash(task: &Task, rendered: &Rendered, files: &[String], name: &str) -> Result<(), Failure> {
+fn print_hash(task: &Task, (rendered, display): (&Rendered, Display), files: &[String], name: &str) -> Result<(), Failure> {
     if !task.hash {
         return Ok(());
     }
-    let (hash, name) = (pixel_hash(rendered.shown()), [name.to_owned()]);
+    let shown = match display.linear_background() {
+        None => Cow::Borrowed(rendered.shown()),
+        Some(colour) => Cow::Owned(rendered.shown().over(colour)),
+    };
+    let (hash, name) = (pixel_hash(&shown), [name.to_owned()]);
     let names = if files.is_empty() { &name } else { files };
     console::print(names.iter().map(|name| format!("{hash}  {}\n", console::on_one_line(name))).collect::<String>())
 }

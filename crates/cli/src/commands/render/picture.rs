@@ -1,6 +1,5 @@
 //! A picture that is handed over instead of written.
 
-use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::path::Path;
 use std::time::Instant;
@@ -12,7 +11,7 @@ use raywright_core::{Observer, Rendered};
 use raywright_io::output::{self, Format, Metadata};
 use raywright_io::{Error, Loaded};
 
-use super::{ALLOW_EMPTY, film, tell};
+use super::{ALLOW_EMPTY, film, tell, write};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::notes::Notes;
@@ -23,8 +22,10 @@ use crate::{origin, scene_input};
 /// A picture in memory, with all that a file of it says.
 #[derive(Debug)]
 pub struct FinishedPicture {
-    /// What was rendered.
+    /// What was rendered, before the linear value of a background.
     pub rendered: Rendered,
+    /// The same with its coverage, where a background is laid behind it.
+    covered: Option<Rendered>,
     /// How it is shown.
     pub display: Display,
     /// Where it comes from.
@@ -74,6 +75,7 @@ pub fn render(mut loaded: Loaded, task: &Task, command: String, observer: &dyn O
     tell::error(noisy, &film, &rendered, task.max_error, &mut notes);
     let shortfall = task.max_error.map(|asked| tell::shortfall(asked, noisy, &film, &rendered));
     let error = origin::error(noisy, &rendered, &film);
+    let background = plan.display.linear_background();
     Ok(FinishedPicture {
         error: rendered.denoised().map(|denoised| denoised.error).or(noisy.copied()),
         converged: shortfall.map(|shortfall| shortfall.is_none()),
@@ -82,8 +84,9 @@ pub fn render(mut loaded: Loaded, task: &Task, command: String, observer: &dyn O
             true => Metadata { command, error, ..origin::metadata(&loaded, &plan, &task.choices) },
             false => Metadata::default(),
         },
+        covered: background.map(|_| rendered.clone()),
+        rendered: background.map(|colour| rendered.over(colour)).unwrap_or(rendered),
         display: plan.display,
-        rendered,
         notes: notes.into_texts(),
     })
 }
@@ -91,22 +94,24 @@ pub fn render(mut loaded: Loaded, task: &Task, command: String, observer: &dyn O
 impl FinishedPicture {
     /// The bytes of a PNG that shows it.
     pub fn png(&self) -> Result<Vec<u8>, Failure> {
-        let bytes = output::png_bytes(self.rendered.shown(), self.display, &self.metadata);
+        let bytes = output::png_bytes(self.covered().shown(), self.display, &self.metadata);
         bytes.map_err(|cause| Error::write(Path::new("PNG"), &cause).into())
     }
 
     /// Writes it as its name says, as `render -o` does.
     pub fn save(&self, path: &Path) -> Result<(), Failure> {
-        let picture = match Format::of(path)? {
-            Format::Exr => self.rendered.all_layers(),
-            _ => Cow::Borrowed(self.shown()),
-        };
+        let picture = write::picture(self.covered(), Format::of(path)?, self.display);
         Ok(output::write_picture(path, &picture, self.display, &self.metadata)?)
     }
 
     /// Why the interval of its error may not hold, in a word; none where it does.
     pub fn doubt(&self) -> Option<String> {
         self.error?.doubt.as_ref().map(origin::name)
+    }
+
+    /// What was rendered, apart from a background.
+    fn covered(&self) -> &Rendered {
+        self.covered.as_ref().unwrap_or(&self.rendered)
     }
 
     /// The colours that are to be looked at, with all layers.

@@ -48,7 +48,7 @@ fn keep_elsewhere(
     metadata: &Metadata,
     (inputs, is_free): (&Inputs, impl Fn(&Path) -> bool),
 ) -> Option<PathBuf> {
-    let (name, picture) = (path.file_name()?, picture(rendered, Format::of(path).ok()?));
+    let (name, picture) = (path.file_name()?, picture(rendered, Format::of(path).ok()?, display));
     let beside = inputs.files().next().and_then(Path::parent).map(Path::to_owned);
     let is_new = |other: &Path| other.symlink_metadata().is_err() && is_free(other);
     let keep = |folder: PathBuf| output::write_unnamed_picture(&folder.join(name), &picture, display, metadata, is_new).ok();
@@ -70,13 +70,13 @@ fn write_to(
             None
         }
         Target::File(path, format) => {
-            output::write_picture_as(path, *format, &picture(rendered, *format), display, metadata)?;
+            output::write_picture_as(path, *format, &picture(rendered, *format, display), display, metadata)?;
             Some(shown(path))
         }
         // Something else may lie there by now; a picture that took an hour is not given up for it.
         Target::Unnamed(path, format) => {
             let is_free = |other: &Path| other == path || is_free(other);
-            let picture = picture(rendered, *format);
+            let picture = picture(rendered, *format, display);
             Some(shown(&output::write_unnamed_picture(path, &picture, display, metadata, is_free)?))
         }
     })
@@ -87,9 +87,13 @@ pub fn shown(path: &Path) -> String {
     console::on_one_line(&path.display().to_string())
 }
 
-/// What a format keeps: of display values those that are to be looked at, of linear numbers all there are.
-pub fn picture(rendered: &Rendered, format: Format) -> Cow<'_, Picture> {
-    if format == Format::Exr { rendered.all_layers() } else { Cow::Borrowed(rendered.shown()) }
+/// What a format keeps: of display values those that are to be looked at, of linear numbers all there are, before the linear value of a background.
+pub fn picture(rendered: &Rendered, format: Format, display: Display) -> Cow<'_, Picture> {
+    match (format, display.linear_background()) {
+        (Format::Exr, None) => rendered.all_layers(),
+        (Format::Exr, Some(colour)) => Cow::Owned(rendered.over(colour).all_layers().into_owned()),
+        _ => Cow::Borrowed(rendered.shown()),
+    }
 }
 
 /// The end of a run that was stopped, with the files of what there is; of a series with how many pictures of how many are finished.
@@ -119,9 +123,13 @@ pub fn keep(
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<Vec<String>, Error> {
     let something = rendered.counters.samples > 0;
+    let noisy = Rendered { denoised: None, ..rendered.clone() };
     let paths = targets.iter().filter_map(Target::path).filter(|_| something).map(output::partial_name);
     paths
-        .map(|partial| output::write_unnamed_picture(&partial, &rendered.picture, display, metadata, &is_free))
+        .map(|partial| {
+            let picture = picture(&noisy, Format::of(&partial)?, display);
+            output::write_unnamed_picture(&partial, &picture, display, metadata, &is_free)
+        })
         .map(|name| name.map(|name| shown(&name)))
         .collect()
 }

@@ -9,7 +9,7 @@ use raywright_core::settings::Aov;
 pub fn colours(picture: &Picture, display: Display) -> Vec<u8> {
     let output = if matches!(display.output, Output::Dithered) { Output::Dithered } else { Output::Eight };
     let codes = Display { output, ..display }.to_codes(picture);
-    if picture.alpha.is_some() { codes } else { codes.chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect() }
+    if display.has_alpha(picture) { codes } else { codes.chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect() }
 }
 
 /// The layer of a name that first hits tell of; none: it is no such layer.

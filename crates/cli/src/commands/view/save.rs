@@ -32,7 +32,7 @@ pub fn save(wish: &SaveWish, rendered: &Rendered, display: Display, metadata: &M
         Ok(_) if !wish.replace => return (409, format!("{name} is there already")),
         _ => {}
     }
-    let picture = write::picture(rendered, format);
+    let picture = write::picture(rendered, format, display);
     let written = match wish.replace {
         true => write_picture_as(&path, format, &picture, display, metadata),
         // What has come meanwhile is not replaced either.

@@ -12,7 +12,7 @@ impl Plan {
 }
 
 fn plan(sampling: Sampling) -> Plan {
-    Plan::new(&Settings { sampling, ..Settings::of(&Scene::default()) }, true)
+    Plan::new(&Settings { sampling, ..Settings::of(&Scene::default()) }, true, false)
 }
 
 /// Protects: every sample belongs to one replicate, none is larger than the first or smaller by more than one, no
@@ -30,7 +30,7 @@ fn samples_are_spread_evenly_over_replicates() {
     for (asked, samples, given) in [(4, 3, 3), (4, 4, 4), (0, 4, 1), (5, 7, 5)] {
         let sampling = Sampling::General(samples);
         let settings = Settings { sampling, replicates: Some(asked), ..Settings::of(&Scene::default()) };
-        assert_eq!(Plan::new(&settings, true).replicates, given, "{asked} asked for of {samples} samples");
+        assert_eq!(Plan::new(&settings, true, false).replicates, given, "{asked} asked for of {samples} samples");
     }
     for pattern in [Pattern::Centre, Pattern::Corners] {
         let plan = plan(Sampling::Pattern(pattern));
@@ -45,7 +45,7 @@ fn f09_tiles_cover_the_film_once() {
         [[65, 33], [1, 1], [1, 97], [101, 1], [61, 53]].into_iter().flat_map(|p| [1, 7, 32, 1000].map(|s| (p, s)))
     {
         let settings = Settings { size: picture, tile_size: size, ..Settings::of(&Scene::default()) };
-        let plan = Plan::new(&settings, false);
+        let plan = Plan::new(&settings, false, false);
         let mut covered = vec![0; plan.pixels()];
         for tile in (0..plan.tiles()).map(|index| plan.tile(index)) {
             for y in tile.y..tile.y + tile.height {

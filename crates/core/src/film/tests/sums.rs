@@ -8,7 +8,7 @@ use crate::film::sums::{Block, Gather, Moments, Plain, Sums, WHOLE, parts};
 fn gathered<B: Block<f32>>(samples: impl IntoIterator<Item = f32>) -> Sums {
     let mut pixel = Gather::<f32, B>::default();
     for sample in samples {
-        pixel.add(Vec3::splat(sample), WHOLE);
+        pixel.add(Vec3::splat(sample), [WHOLE, 0]);
     }
     pixel.finish()
 }
@@ -70,11 +70,14 @@ fn f04_not_finite_samples_are_dropped() {
     fn check<B: Block<f32>>(spread: f32) {
         let mut pixel = Gather::<f32, B>::default();
         for _ in 0..2 {
-            assert!(pixel.add(Vec3::ONE, WHOLE));
-            assert!(!pixel.add(Vec3::new(f32::NAN, 0.0, 0.0), WHOLE));
-            assert!(!pixel.add(Vec3::new(0.0, f32::INFINITY, 0.0), WHOLE));
-            assert!(pixel.add(Vec3::splat(3.0), 0));
-            assert_eq!(pixel.finish(), Sums { open: [4.0; 3], sum: [0.0; 3], spread: [spread; 3], samples: 2, covered: WHOLE });
+            assert!(pixel.add(Vec3::ONE, [WHOLE, 1]));
+            assert!(!pixel.add(Vec3::new(f32::NAN, 0.0, 0.0), [WHOLE; 2]));
+            assert!(!pixel.add(Vec3::new(0.0, f32::INFINITY, 0.0), [WHOLE; 2]));
+            assert!(pixel.add(Vec3::splat(3.0), [0, 5]));
+            assert_eq!(
+                pixel.finish(),
+                Sums { open: [4.0; 3], sum: [0.0; 3], spread: [spread; 3], samples: 2, covered: WHOLE, shadowed: 6 }
+            );
         }
     }
     check::<Plain<f32>>(0.0);
@@ -94,7 +97,7 @@ proptest! {
         let mut entered = Vec::new();
         for (sample, drop) in samples {
             let sample = if drop { f64::NAN } else { f64::from(sample + offset) * 2.0_f64.powi(scale) };
-            pixel.add(DVec3::splat(sample), WHOLE);
+            pixel.add(DVec3::splat(sample), [WHOLE, 0]);
             entered.extend((!drop).then_some(sample));
         }
         let found = pixel.finish();
@@ -118,7 +121,7 @@ fn coverage_is_counted_in_parts() {
     assert!(WHOLE.checked_mul(u32::from(u16::MAX)).is_some());
     let mut pixel = Gather::<f32, Plain<f32>>::default();
     for covered in [0, 1, WHOLE] {
-        pixel.add(Vec3::ONE, covered);
+        pixel.add(Vec3::ONE, [covered, 1]);
     }
     assert_eq!((pixel.finish().covered, pixel.met), (WHOLE + 1, 2));
 }
@@ -131,7 +134,7 @@ fn sums_go_on_where_they_were() {
         let sample = |i: u32| Vec3::splat(1.0 / (3.0 + i as f32));
         let once = |n: u32| {
             let mut pixel = Gather::<f32, B>::default();
-            (0..n).for_each(|i| _ = pixel.add(sample(i), parts(i as f32 / 3.0 % 1.0)));
+            (0..n).for_each(|i| _ = pixel.add(sample(i), [1.0, 2.0].map(|k| parts(k * i as f32 / 3.0 % 1.0))));
             pixel.finish()
         };
         for (n, m) in (0..40).flat_map(|n| (n..70).map(move |m| (n, m))) {
@@ -140,7 +143,7 @@ fn sums_go_on_where_they_were() {
             let kept = once(n);
             let kept = if n > 0 && n % 16 == 0 { Sums { sum: kept.total(), open: [0.0; 3], ..kept } } else { kept };
             pixel.resume(kept, n);
-            (n..m).for_each(|i| _ = pixel.add(sample(i), parts(i as f32 / 3.0 % 1.0)));
+            (n..m).for_each(|i| _ = pixel.add(sample(i), [1.0, 2.0].map(|k| parts(k * i as f32 / 3.0 % 1.0))));
             let (found, expected) = (pixel.finish(), once(m));
             assert_eq!(
                 (found.total(), found.samples, found.covered),

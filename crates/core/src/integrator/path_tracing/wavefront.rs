@@ -98,7 +98,11 @@ impl<R: Real> PathTracer<'_, R> {
         for place in escaped() {
             let path = &mut paths[place];
             let radiance = match backdrop_of(path) {
-                Some(backdrop) => backdrop.seen(path.leg.ray.direction) * on_ground.next().unwrap_or(R::ONE),
+                Some(backdrop) => {
+                    let light = on_ground.next().unwrap_or(R::ONE);
+                    path.shadow = R::ONE - light;
+                    backdrop.seen(path.leg.ray.direction) * light
+                }
                 None => seen.next().map_or(Vector::ZERO, |seen| self.escaped(path, seen)),
             };
             let brought = path.throughput * radiance;
@@ -222,7 +226,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
         results.extend(wave.paths.iter().map(|path| {
             let radiance = share(path).map_or(path.radiance, |share| path.radiance * share) + self.scene.veil;
-            PathResult { radiance, coverage: if path.hit { R::ONE } else { R::ZERO } }
+            let (coverage, shadow) = if path.hit { (R::ONE, R::ZERO) } else { (R::ZERO, path.shadow) };
+            PathResult { radiance, coverage, shadow }
         }));
     }
 }

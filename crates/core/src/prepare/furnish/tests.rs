@@ -94,7 +94,8 @@ fn ground_below_a_roof_is_dark() {
 }
 
 /// Protects: the ground shows nothing but what is taken from the light: beside the box it is darker than the backdrop, above it and far away
-/// it is the backdrop; from below, under a transparent background and where none is wished for, there is none.
+/// it is the backdrop; from below and where none is wished for, there is none. Under a transparent background it covers by what it takes of the
+/// light, in black, and what stands on it has the colours that it has without.
 #[test]
 fn the_ground_catches_shadows_alone() {
     let low = View { azimuth: 0.0, elevation: 30.0 };
@@ -115,8 +116,23 @@ fn the_ground_catches_shadows_alone() {
     let below = View { azimuth: 0.0, elevation: -40.0 };
     let [without, with] = [&bare, &on_ground].map(|scene| picture(scene, &settings(scene, below, 60.0)));
     assert_eq!(without.rgb, with.rgb);
-    let clear = |scene| Settings { background: Background::Transparent, ..settings(scene, low, 60.0) };
-    assert_eq!(picture(&bare, &clear(&bare)).rgb, picture(&on_ground, &clear(&on_ground)).rgb);
+    let [[without, with], [bare, grounded]] = [Background::Environment, Background::Transparent].map(|background| {
+        [&bare, &on_ground].map(|scene| picture(scene, &Settings { background, ..settings(scene, low, 60.0) }))
+    });
+    assert_eq!(bare.shadow, None);
+    for pixel in 0..32 * 32 {
+        let [[alone, _], [covered, shadow]] = [&bare, &grounded].map(|picture| picture.coverage(pixel));
+        assert!((alone - covered).abs() < 1e-6, "{pixel}: {alone} {covered}");
+        let apart = bare.rgb[pixel].iter().zip(grounded.rgb[pixel]).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(apart < 3e-5, "{pixel}: {apart}");
+        if covered == 0.0 {
+            let left = with.rgb[pixel][0] / without.rgb[pixel][0];
+            assert!((1.0 - shadow - left).abs() < 0.02, "{pixel}: {shadow} of {left}");
+            assert_eq!(grounded.rgb[pixel], [0.0; 3]);
+        }
+    }
+    let most = grounded.shadow.iter().flatten().copied().fold(0.0, f32::max);
+    assert!(most > 0.3, "{most}");
 }
 
 /// Protects: a prepared scene that is turned to another camera gives the bits of one that was prepared for it, there and back, by each

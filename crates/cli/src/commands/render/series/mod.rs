@@ -338,7 +338,7 @@ impl<'a> Series<'a> {
             return Err(session.explained(write::interrupted(kept, of)));
         }
         let names = write::write(&rendered, targets, plan.display, &metadata, (&loaded.inputs, is_free))?;
-        super::print_hash(task, &rendered, &names, caption)?;
+        super::print_hash(task, (&rendered, plan.display), &names, caption)?;
         self.names.push(session.with_own(names));
         self.together.add(rendered.shown(), plan.display, caption)?;
         (seconds.write, seconds.total) = (self.clock.lap(), self.clock.total());

@@ -31,6 +31,7 @@ fn met(point: Vec3, normal: Vec3) -> Interaction<f32> {
 fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
     let address = Address::default();
     PathState {
+        shadow: 0.0,
         leg: PathSegment::of(Ray::new(Vec3::Y, -Vec3::Y)),
         throughput,
         radiance: Vec3::ZERO,

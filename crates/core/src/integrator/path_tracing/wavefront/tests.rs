@@ -79,7 +79,7 @@ fn followed<R: Real>(prepared: &Prepared<R>, depth: u32, together: usize) -> (Ve
     for (rays, addresses) in rays.chunks(together).zip(addresses.chunks(together)) {
         tracer.trace(CameraRays { rays, addresses }, &mut results);
         out.extend((0..rays.len()).map(|place| {
-            let PathResult { radiance, coverage } = results.paths[place];
+            let PathResult { radiance, coverage, .. } = results.paths[place];
             let [r, g, b] = radiance.to_f64().to_array().map(f64::to_bits);
             let first = results.first(place).0.map_or(0, |first| first.distance.to_bits() ^ u64::from(first.object));
             [r, g, b, coverage.to_f64().to_bits(), first]

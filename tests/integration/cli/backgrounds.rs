@@ -1,0 +1,127 @@
+//! `--background`: colours that have exactly their codes, coverage, and shadows as coverage.
+
+use raywright::core::picture::Picture;
+
+use crate::support::Desk;
+
+/// A block that stands on the ground, as a model, so that a studio is put up around it.
+const BLOCK: &str = "mtllib b.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+                     f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
+
+/// A folder with the block.
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.write("b.obj", BLOCK);
+    desk.write("b.mtl", "newmtl m\nKd 0.8 0.2 0.1\n");
+    desk
+}
+
+/// Renders the block, seen from above so that the ground is behind it, with these words.
+#[track_caller]
+fn render(desk: &Desk, more: &str) {
+    let line = format!("render b.obj --view 30,30 -s 48x36 --spp 16 --zoom 0.6 -q {more}");
+    desk.run(&line.split_whitespace().collect::<Vec<_>>()).exits_with(0);
+}
+
+/// Codes of display values.
+fn codes(picture: &Picture) -> Vec<[u8; 3]> {
+    picture.rgb.iter().map(|rgb| rgb.map(|value| (255.0 * value).round() as u8)).collect()
+}
+
+/// Largest difference of codes.
+fn apart(a: &[[u8; 3]], b: &[[u8; 3]]) -> u8 {
+    a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0)
+}
+
+/// Protects: a colour has exactly its codes where nothing is before it, in each format that has codes, whatever exposure, tone map and curve are,
+/// denoised or not; an OpenEXR file has its linear value there, and no coverage.
+#[test]
+fn a_colour_has_exactly_its_codes() {
+    let desk = desk();
+    for (colour, expected) in [("white", [255; 3]), ("black", [0; 3]), ("#e6b219", [230, 178, 25])] {
+        for more in ["", "--exposure 3 --tonemap aces", "--gamma 2.2 --tonemap agx --exposure -2", "--denoise", "--ground none"] {
+            render(&desk, &format!("--background {colour} -o a.png -o a.webp -o a.exr {more}"));
+            for name in ["a.png", "a.webp"] {
+                let picture = desk.picture(name);
+                assert_eq!((picture.alpha.as_ref(), codes(&picture)[0]), (None, expected), "{name} {colour} {more}");
+            }
+            let (exr, code) = (desk.picture("a.exr"), f64::from(expected[1]) / 255.0);
+            let linear = raywright::core::display::curve::decode(raywright::core::scene::TransferCurve::Srgb, code);
+            assert!(exr.alpha.is_none() && (f64::from(exr.rgb[0][1]) - linear).abs() < 1e-6, "{colour} {more}: {:?}", exr.rgb[0]);
+        }
+    }
+    render(&desk, "--background white -o a.jpg --quality 100");
+    assert_eq!(codes(&desk.picture("a.jpg"))[0], [255; 3]);
+    render(&desk, "--background #e6b219 --rung output=16-bit -o a.png");
+    let [r, g, b] = desk.picture("a.png").rgb[0].map(|value| (65535.0 * f64::from(value)).round() as u32);
+    assert_eq!([r, g, b], [230, 178, 25].map(|code| 257 * code));
+}
+
+/// Protects: a page that lays a transparent picture over its colour shows what a background of that colour shows, within two codes, shadow and
+/// edges included, from PNG and WebP; the linear numbers of an OpenEXR file, premultiplied, give the linear picture of a colour.
+#[test]
+fn pages_show_what_backgrounds_show() {
+    let desk = desk();
+    render(&desk, "--background transparent -o clear.png -o clear.webp -o clear.exr");
+    let exr = desk.picture("clear.exr");
+    let alpha = exr.alpha.clone().expect("coverage");
+    let is_shadow = |pixel: usize| exr.rgb[pixel] == [0.0; 3] && (0.05..0.95).contains(&alpha[pixel]);
+    assert!((0..alpha.len()).filter(|&pixel| is_shadow(pixel)).count() > 100, "the ground has a shadow");
+    assert!(alpha.contains(&0.0) && alpha.contains(&1.0));
+    for (page, code) in [("white", [255_u8; 3]), ("#808080", [128; 3]), ("#e6193c", [230, 25, 60])] {
+        render(&desk, &format!("--background {page} -o direct.png -o direct.exr"));
+        let direct = codes(&desk.picture("direct.png"));
+        for name in ["clear.png", "clear.webp"] {
+            let clear = desk.picture(name);
+            let over = |(rgb, &alpha): (&[f32; 3], &f32)| {
+                core::array::from_fn(|i| (255.0 * alpha * rgb[i] + (1.0 - alpha) * f32::from(code[i])).round() as u8)
+            };
+            let laid: Vec<[u8; 3]> = clear.rgb.iter().zip(clear.alpha.iter().flatten()).map(over).collect();
+            assert!(apart(&laid, &direct) <= 2, "{name} on {page}: {}", apart(&laid, &direct));
+        }
+        let linear = desk.picture("direct.exr");
+        let over = exr.over(linear.rgb[0].map(f64::from));
+        let apart = over.rgb.iter().flatten().zip(linear.rgb.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(apart < 1e-6, "{page}: {apart}");
+    }
+}
+
+/// Protects: a film knows its background and its shadows: gone on with, in parts that are merged, and denoised later it gives the picture of one
+/// run; a sheet, a film of moments and a picture of one pixel have the colour too.
+#[test]
+fn films_know_their_background() {
+    let desk = desk();
+    render(&desk, "--background #e6b219 -o whole.png -o whole.exr");
+    for part in ["1/2", "2/2"] {
+        render(&desk, &format!("--background #e6b219 --part {part} --checkpoint {}.film", &part[..1]));
+    }
+    desk.run(&["merge", "1.film", "2.film", "-o", "merged.png", "-q"]).exits_with(0);
+    assert!(desk.picture("merged.png") == desk.picture("whole.png"));
+    render(&desk, "--background #e6b219 --spp 16 --denoise -o denoised.png --checkpoint d.film");
+    desk.run(&["denoise", "d.film", "-o", "later.png", "-q"]).exits_with(0);
+    assert!(desk.picture("later.png") == desk.picture("denoised.png"));
+    // Another colour before the same film is another picture of the same samples.
+    render(&desk, "--background white --spp 16 --denoise --resume d.film -o white.png");
+    assert_eq!(codes(&desk.picture("white.png"))[0], [255; 3]);
+    render(&desk, "--background #e6b219 --sheet s.png --views front,left -o v.png");
+    assert!(codes(&desk.picture("s.png")).iter().filter(|&&code| code == [230, 178, 25]).count() > 200);
+    render(&desk, "--background #e6b219 -s 1x1 --zoom 0.01 -o one.png");
+    assert_eq!(codes(&desk.picture("one.png")), [[230, 178, 25]]);
+}
+
+/// Protects: a denoised shadow is smoother than a noisy one, by coverage as by colour: far from edges its pixels differ less from their neighbours.
+#[test]
+fn shadows_are_denoised() {
+    let desk = desk();
+    let rough = |more: &str| {
+        render(&desk, &format!("--background transparent -o a.png {more}"));
+        let alpha = desk.picture("a.png").alpha.expect("coverage");
+        let is_shadow = |pixel: &usize| alpha[pixel - 1..pixel + 2].iter().all(|alpha| (0.02..0.9).contains(alpha));
+        let steps = (1..alpha.len() - 1).filter(is_shadow).map(|pixel| f64::from(alpha[pixel] - alpha[pixel - 1]).abs());
+        let (sum, count) = steps.fold((0.0, 0), |(sum, count), step| (sum + step, count + 1));
+        assert!(count > 50, "{count}");
+        sum / f64::from(count)
+    };
+    let [noisy, denoised] = ["", "--denoise"].map(rough);
+    assert!(denoised < 0.6 * noisy, "{denoised} {noisy}");
+}
