@@ -58,7 +58,7 @@ pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &Choices) -> St
     let LoadOptions { overrides, model, environment, .. } = options;
     // What an environment is read from counts towards the hash.
     let source = environment.source.as_ref().map(|source| *source == EnvironmentSource::Studio);
-    let environment = (source, environment.ground, environment.rotation, environment.strength);
+    let environment = (source, environment.ground, environment.backdrop, environment.rotation, environment.strength);
     format!("{} {overrides:?} {model:?} {environment:?}{}", loaded.hash, of_picture(choices))
 }
 

@@ -282,6 +282,11 @@ impl Ready {
         }
     }
 
+    /// Radiance of the studio's backdrop that camera rays see; none where they see none.
+    pub fn backdrop(&self) -> Option<f64> {
+        each!(&self.inner, prepared => prepared.studio_backdrop)
+    }
+
     /// How the picture is divided.
     fn plan(&self) -> Plan {
         Plan::new(&self.settings, self.is_by_chance(), self.has_ground())

@@ -26,6 +26,8 @@ pub struct Environment {
     pub source: Option<EnvironmentSource>,
     /// What lies below a scene in a studio.
     pub ground: GroundRule,
+    /// Radiance of a studio's backdrop; none: as the studio says.
+    pub backdrop: Option<f64>,
     /// Degrees by which it is turned further about +y.
     pub rotation: Option<f64>,
     /// Factor on its radiance, at least zero.
@@ -100,6 +102,13 @@ pub(crate) fn apply(
         folder.note(b"ground none");
         if let Some(Sky::Studio(studio)) = &mut scene.sky {
             studio.ground = false;
+        }
+    }
+    if let Some(radiance) = wish.backdrop {
+        folder.note(b"backdrop");
+        folder.note(&radiance.to_le_bytes());
+        if let Some(Sky::Studio(studio)) = &mut scene.sky {
+            studio.backdrop = Some(radiance);
         }
     }
     for (key, value) in [("rotation", wish.rotation), ("strength", wish.strength)] {

@@ -1,4 +1,4 @@
-//! `--background`: colours that have exactly their codes, coverage, and shadows as coverage.
+//! `--background`: colours that have exactly their codes, coverage, and shadows as coverage. `--backdrop`: what the studio has behind models.
 
 use raywright::core::picture::Picture;
 
@@ -103,7 +103,8 @@ fn films_know_their_background() {
     // Another colour before the same film is another picture of the same samples.
     render(&desk, "--background white --spp 16 --denoise --resume d.film -o white.png");
     assert_eq!(codes(&desk.picture("white.png"))[0], [255; 3]);
-    render(&desk, "--background #e6b219 --sheet s.png --views front,left -o v.png");
+    let views = "b.obj --views front,left -s 48x36 --spp 4 --background #e6b219 --sheet s.png -q";
+    desk.run(&views.split(' ').collect::<Vec<_>>()).exits_with(0);
     assert!(codes(&desk.picture("s.png")).iter().filter(|&&code| code == [230, 178, 25]).count() > 200);
     render(&desk, "--background #e6b219 -s 1x1 --zoom 0.01 -o one.png");
     assert_eq!(codes(&desk.picture("one.png")), [[230, 178, 25]]);
@@ -124,4 +125,28 @@ fn shadows_are_denoised() {
     };
     let [noisy, denoised] = ["", "--denoise"].map(rough);
     assert!(denoised < 0.6 * noisy, "{denoised} {noisy}");
+}
+
+/// Protects: all pictures of a run have one backdrop, which its first model decides, or the flag does; a picture alone has the one that sets it off,
+/// and what a run's others have is that of no other camera or moment.
+#[test]
+fn runs_have_one_backdrop() {
+    let desk = desk();
+    for (name, grey) in [("bright", 0.9), ("dark", 0.02)] {
+        desk.write(format!("{name}.obj"), BLOCK.replace("b.mtl", &format!("{name}.mtl")));
+        desk.write(format!("{name}.mtl"), format!("newmtl m\nKd {grey} {grey} {grey}\n"));
+    }
+    let corners = |words: &str| {
+        desk.run(&format!("{words} -s 32x24 --spp 4 --ground none -o %d.png -q").split(' ').collect::<Vec<_>>()).exits_with(0);
+        let count = words.matches(".obj").count();
+        (0..count).map(|i| codes(&desk.picture(&format!("{i}.png")))[0][0]).collect::<Vec<_>>()
+    };
+    let [bright, dark] = ["bright.obj", "dark.obj"].map(|name| corners(name)[0]);
+    assert!(dark > bright + 50, "{dark} {bright}");
+    assert_eq!(corners("bright.obj dark.obj"), [bright; 2]);
+    assert_eq!(corners("dark.obj bright.obj"), [dark; 2]);
+    assert_eq!(corners("bright.obj dark.obj --backdrop light"), [dark; 2]);
+    assert_eq!(corners("dark.obj bright.obj --backdrop dark"), [bright; 2]);
+    assert_eq!(corners("dark.obj bright.obj --backdrop auto"), [dark; 2]);
+    desk.run(&["render", "dark.obj", "--backdrop", "grey"]).exits_with(2).says_like("auto, dark or light");
 }

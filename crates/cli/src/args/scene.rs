@@ -54,6 +54,11 @@ pub struct SceneArgs {
     #[arg(long, value_name = "auto|none", value_parser = values::ground, default_value = "auto", hide_default_value = true)]
     pub ground: GroundRule,
 
+    /// Backdrop of the studio, of all pictures of a run: dark, light, or auto: dark behind bright models and light behind dark ones, as the
+    /// first model of the run is
+    #[arg(long, value_name = "auto|dark|light", value_parser = values::backdrop)]
+    pub backdrop: Option<values::Backdrop>,
+
     /// Turn the environment by so many degrees about +y: 90 shows along +z what was along +x
     #[arg(long, value_name = "DEG", value_parser = values::number, allow_hyphen_values = true)]
     pub env_rotation: Option<f64>,

@@ -13,7 +13,7 @@ use raywright_core::Settings;
 use raywright_core::display::curve::{encode, quantise};
 use raywright_core::effects::{Effect, SWITCHABLE};
 use raywright_core::framing::View;
-use raywright_core::scene::{Fit, TransferCurve};
+use raywright_core::scene::{Fit, Studio, TransferCurve};
 use raywright_core::settings::Crop;
 use raywright_core::suggest::closest;
 
@@ -265,6 +265,38 @@ pub fn ground(text: &str) -> Result<GroundRule, String> {
         "auto" => Ok(GroundRule::Auto),
         "none" => Ok(GroundRule::None),
         _ => Err("expected auto or none".to_owned()),
+    }
+}
+
+/// What is behind a scene in a studio.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Backdrop {
+    /// What sets off the first model of a run, unless its file says it.
+    Auto,
+    /// What is behind bright things.
+    Dark,
+    /// What is behind dark things.
+    Light,
+}
+
+impl Backdrop {
+    /// Its radiance, where it is named.
+    pub fn radiance(self) -> Option<f64> {
+        match self {
+            Self::Auto => None,
+            Self::Dark => Some(Studio::DARK_BACKDROP),
+            Self::Light => Some(Studio::LIGHT_BACKDROP),
+        }
+    }
+}
+
+/// A backdrop by its name.
+pub fn backdrop(text: &str) -> Result<Backdrop, String> {
+    match text {
+        "auto" => Ok(Backdrop::Auto),
+        "dark" => Ok(Backdrop::Dark),
+        "light" => Ok(Backdrop::Light),
+        _ => Err("expected auto, dark or light".to_owned()),
     }
 }
 

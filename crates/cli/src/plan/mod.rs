@@ -20,7 +20,7 @@ use raywright_core::settings::{Aov, Background, Crop, Sampling};
 use raywright_io::output::AnimationFormat;
 use raywright_io::{Environment, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions, Overrides};
 
-use crate::args::values::Up;
+use crate::args::values::{Backdrop, Up};
 use crate::args::{
     Accelerator, BackgroundChoice, DisplayArgs, Exposure, Frames, LightArgs, MOST_SAMPLES, ProgressStyle, RenderArgs, SceneArgs,
     Share, TevAddress, ViewArgs,
@@ -329,6 +329,7 @@ pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
         environment: Environment {
             source: if changes.studio { Some(EnvironmentSource::Studio) } else { changes.env.clone() },
             ground: changes.ground,
+            backdrop: changes.backdrop.and_then(Backdrop::radiance),
             rotation: changes.env_rotation,
             strength: changes.env_strength,
         },

@@ -41,10 +41,6 @@ impl<R: Real> Ground<R> {
     }
 }
 
-/// Radiance of the backdrop behind what is bright, and behind what is dark.
-const BEHIND_BRIGHT: f64 = 0.075;
-const BEHIND_DARK: f64 = 0.62;
-
 /// Share of the display's range above which surfaces are bright, halfway between the codes of both backdrops, and the share of light that
 /// a white surface sends back in a studio, about.
 const BRIGHT: f64 = 0.48;
@@ -62,7 +58,7 @@ impl<R: Real> Prepared<R> {
         }
         let radiance = studio.backdrop.or(self.studio_backdrop).unwrap_or_else(|| {
             let is_bright = self.brightness().is_none_or(|brightness| brightness > BRIGHT);
-            if is_bright { BEHIND_BRIGHT } else { BEHIND_DARK }
+            if is_bright { Studio::DARK_BACKDROP } else { Studio::LIGHT_BACKDROP }
         });
         self.studio_backdrop = Some(radiance);
         self.backdrop = Some(Backdrop::of_studio(radiance, camera));

@@ -77,7 +77,7 @@ pub struct Prepared<R: Real> {
     /// What the backdrop is dimmed by; none where no studio has one.
     pub(crate) ground: Option<Ground<R>>,
     /// Radiance of a studio's backdrop, once it is decided.
-    pub(super) studio_backdrop: Option<f64>,
+    pub(crate) studio_backdrop: Option<f64>,
     /// The sky's cosine-weighted average; none where no material asks for it.
     pub(crate) irradiance: Option<Irradiance<R>>,
     pub(crate) camera: Camera<R>,

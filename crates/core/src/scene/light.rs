@@ -123,6 +123,13 @@ pub struct Studio {
     pub ground: bool,
 }
 
+impl Studio {
+    /// Radiance of the backdrop behind what is bright, and behind what is dark.
+    pub const DARK_BACKDROP: f64 = 0.075;
+    /// See [`Self::DARK_BACKDROP`].
+    pub const LIGHT_BACKDROP: f64 = 0.62;
+}
+
 impl Default for Studio {
     fn default() -> Self {
         Self { rotation: 0.0, strength: 1.0, backdrop: None, ground: true }

@@ -1,5 +1,6 @@
 //! The pictures of a run: one, or several of several scenes, from several views, once around, or of several moments. A scene is loaded once
-//! for each moment and prepared once where only the camera moves; each picture has the bits of a run of its own.
+//! for each moment and prepared once where only the camera moves; each picture has the bits of a run of its own, but for the studio's backdrop,
+//! which is one for all.
 
 mod moment;
 mod names;
@@ -13,6 +14,7 @@ use std::sync::atomic::AtomicBool;
 use raywright_core::denoise::DenoiseError;
 use raywright_core::display::Display;
 use raywright_core::film::Uncertainty;
+use raywright_core::scene::Sky;
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered, Scene, estimate};
 use raywright_io::output::write_atomically;
@@ -74,6 +76,8 @@ struct Series<'a> {
     error: Option<f64>,
     /// The exposure of the scene's pictures, where the first of them chooses it.
     exposure: Option<f64>,
+    /// Radiance of the studio's backdrop, which the first picture of the run that has one chooses for all.
+    backdrop: Option<f64>,
     /// Whether any picture of the scene shows anything.
     shows: bool,
     /// How the first of the scenes that failed did.
@@ -118,7 +122,7 @@ impl<'a> Series<'a> {
         let progress = Progress::start("rendering", task.progress, task.verbosity).of_pieces(count);
         let (names, failed, shortfalls, description) = (Vec::new(), Vec::new(), Vec::new(), Default::default());
         let (loaded, clear_of, finished, error, unkept) = (HashMap::new(), Inputs::default(), 0, None, None);
-        let (exposure, shows) = (None, false);
+        let (exposure, backdrop, shows) = (None, None, false);
         let mut series = Self {
             task,
             clock,
@@ -137,6 +141,7 @@ impl<'a> Series<'a> {
             description,
             error,
             exposure,
+            backdrop,
             shows,
             failed,
             shortfalls,
@@ -268,6 +273,10 @@ impl<'a> Series<'a> {
             return Err(failure.with_hint(ALLOW_EMPTY));
         }
         scene_input::note_completed(&loaded, notes);
+        let mut loaded = loaded;
+        if let Some(Sky::Studio(studio)) = &mut loaded.scene.sky {
+            studio.backdrop = studio.backdrop.or(self.backdrop);
+        }
         Ok(Moment::new(loaded))
     }
 
@@ -284,6 +293,7 @@ impl<'a> Series<'a> {
         }
         let prepare = self.clock.lap();
         let Moment { loaded, ready: Some(ready), .. } = moment else { return Ok(()) };
+        self.backdrop = self.backdrop.or(ready.backdrop());
         super::note_prepared(loaded, ready, &plan.settings, notes);
         super::refuse_to_denoise(self.task, &plan.settings, ready, notes)?;
         let mut session = super::start(self.task, &self.options(shot), (loaded, ready), (&plan, &shot.label))?;
