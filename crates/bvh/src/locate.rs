@@ -55,6 +55,12 @@ impl<R: Real> Geometry<R> {
         self.parameters_at(&self.prepare(*ray), own(hit), hit.slots)
     }
 
+    /// Corners of the triangle that a hit of this ray names, where they are in the world at its time, in the order of the hit's weights; none
+    /// where it names another shape.
+    pub fn corners(&self, ray: &Ray<R>, hit: &Hit<R>) -> Option<[DVec3; 3]> {
+        self.corners_at(ray.time.to_f64(), hit.slots)
+    }
+
     /// A normal of the space of the instance that a hit names, in the world at the ray's time, not brought to unit length: what
     /// whoever keeps the normals of a mesh asks where a constant map would not do. Without an instance it is the world's own.
     pub fn normal(&self, ray: &Ray<R>, hit: &Hit<R>, normal: R::Vec3) -> R::Vec3 {
@@ -84,6 +90,21 @@ impl<R: Real> Geometry<R> {
                 let maps = Maps { map: transform, outer: None };
                 transform.located_to_world(&part.locate(&transform.probe_to_object(probe), hit, [inner, inner], Some(maps)))
             }
+        }
+    }
+
+    fn corners_at(&self, time: f64, [slot, inner]: [u32; 2]) -> Option<[DVec3; 3]> {
+        let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
+        let index = slot.index as usize;
+        match slot.kind {
+            Kind::Triangle => Some(self.triangle(index).vertices.map(Vector::to_f64)),
+            Kind::Instance => {
+                let mut room = None;
+                let (transform, part) = group.shown(&group.instances[index], time, &mut room);
+                let corners = part.corners_at(time, [inner, inner])?;
+                Some(corners.map(|corner| transform.to_world.transform_point3(corner)))
+            }
+            Kind::Sphere | Kind::Plane | Kind::Shape | Kind::TransformedShape => None,
         }
     }
 

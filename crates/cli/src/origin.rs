@@ -55,11 +55,11 @@ pub fn error(noisy: Option<&Uncertainty>, rendered: &Rendered, film: &Film) -> S
 
 /// What tells a scene from others, with all that flags change in it: parts of one picture have the same.
 pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &Choices) -> String {
-    let LoadOptions { overrides, model, environment, .. } = options;
+    let LoadOptions { overrides, model, environment, clay, .. } = options;
     // What an environment is read from counts towards the hash.
     let source = environment.source.as_ref().map(|source| *source == EnvironmentSource::Studio);
     let environment = (source, environment.ground, environment.backdrop, environment.rotation, environment.strength);
-    format!("{} {overrides:?} {model:?} {environment:?}{}", loaded.hash, of_picture(choices))
+    format!("{} {overrides:?} {model:?} {environment:?} {clay}{}", loaded.hash, of_picture(choices))
 }
 
 /// Those of them that parts of one picture have in common: how many samples there are, and whether they are denoised, is the film's
@@ -127,12 +127,13 @@ fn settings(settings: &Settings, display: Display) -> String {
         n => n.to_string(),
     };
     let clamp = settings.clamp.map(|most| format!(" clamp={most}")).unwrap_or_default();
+    let wireframe = if settings.wireframe { " wireframe" } else { "" };
     let background = match display.background {
         None => String::new(),
         Some(colour) => format!(" background={}", colour.map(|value| significant(255.0 * value, 5)).join(",")),
     };
     format!(
-        "size={width}x{height}{crop} samples={samples}{error}{denoise} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}{background}",
+        "size={width}x{height}{crop} samples={samples}{error}{denoise} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}{background}{wireframe}",
         name(&settings.integrator),
         precision(settings.precision),
         display.exposure_stops,

@@ -191,6 +191,8 @@ pub struct Settings {
     pub without: EffectSet,
     /// What camera rays see that hit nothing.
     pub background: Background,
+    /// Whether edges of triangles are drawn where camera rays meet them first.
+    pub wireframe: bool,
     /// Extra layers.
     pub aovs: Vec<Aov>,
     /// Edge of a tile in pixels; pictures do not depend on it.
@@ -244,6 +246,7 @@ impl Settings {
             accelerator: AcceleratorKind::Tree(BuildQuality::default()),
             without: EffectSet::EMPTY,
             background: Background::default(),
+            wireframe: false,
             aovs: Vec::new(),
             tile_size: 32,
             max_memory: None,

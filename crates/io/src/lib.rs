@@ -21,6 +21,7 @@
 //! [`Scene::unread`](raywright_core::Scene::unread), and so an effect that is left out), points and lines (a warning).
 #![forbid(unsafe_code)]
 
+mod clay;
 mod colour;
 mod diagnostic;
 mod environment;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use raywright_core::scene::MeshSource;
 use raywright_core::{Observer, Scene, generate};
 
+use crate::clay;
 use crate::environment::{self, Environment, LightShortage};
 use crate::error::Error;
 use crate::folder::{Folder, Resolver, read_file, read_limited};
@@ -68,6 +69,8 @@ pub struct LoadOptions {
     pub model: ModelOptions,
     /// The environment in place of the scene's own.
     pub environment: Environment,
+    /// Whether every surface is made of neutral clay.
+    pub clay: bool,
     /// Whether files outside the scene's folder that it names are read; otherwise they are refused.
     pub allow_outside: bool,
     /// What is refused.
@@ -210,6 +213,7 @@ fn model(
     let Model { mut scene, mut warnings, contents } =
         model_file::load(format, path, &bytes, (folder, &options.limits), &choice, observer)?;
     within_limits(&name, &scene, &options.limits)?;
+    restyle(&mut scene, options, folder);
     let own = if format == Format::Stl { UpAxis::Z } else { UpAxis::Y };
     turn(&mut scene, up.unwrap_or(own));
     let assumed_up = (up.is_none() && own != UpAxis::Y).then_some(own);
@@ -233,6 +237,7 @@ fn native_scene(
     let mut warnings = native::files::read(&mut parsed, folder, &options.limits)?;
     let mut scene = parsed.scene;
     within_limits(name, &scene, &options.limits)?;
+    restyle(&mut scene, options, folder);
     let format = Format::Native(notation);
     let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits, &mut warnings)?;
     let source = SourceInfo::new(name, stem, format, Some(text.into()));
@@ -247,6 +252,14 @@ fn native_scene(
         added_sky,
         assumed_up: None,
     })
+}
+
+/// Changes what surfaces are made of.
+fn restyle(scene: &mut Scene, options: &LoadOptions, folder: &Folder) {
+    if options.clay {
+        folder.note(b"clay");
+        clay::apply(scene);
+    }
 }
 
 /// Refuses scenes of more objects or triangles than the limits allow, before anything is made of them.

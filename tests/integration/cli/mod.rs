@@ -25,6 +25,7 @@ mod render;
 mod reports;
 mod scenes;
 mod series;
+mod shapes;
 mod stability;
 mod stress;
 mod thumbs;

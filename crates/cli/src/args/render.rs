@@ -167,6 +167,11 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true, value_parser = values::crop)]
     pub crop: Option<Crop>,
 
+    /// Draw the edges of the model's own triangles, a pixel wide, on what the camera sees first; on triangles of a few pixels finer. Spheres and
+    /// other shapes have none. With --material clay for a look at shapes
+    #[arg(long)]
+    pub wireframe: bool,
+
     /// What is seen where nothing is hit: env (the sky), transparent, or a colour such as white, #e6b219 or rgb(230,178,25), which .png, .jpg
     /// and .webp have by exactly these codes, whatever exposure and tone map are; .exr has its linear value. R,G,B are linear, from 0 to 1. The
     /// shadow on a studio's ground stays: under transparent as alpha [default: env]

@@ -39,6 +39,11 @@ pub struct SceneArgs {
     #[arg(long, value_name = "AXIS|X,Y,Z", value_parser = values::up, allow_hyphen_values = true)]
     pub up: Option<values::Up>,
 
+    /// What every surface is made of, for those who look at shapes: clay, a matte neutral grey. What alpha cuts out stays cut out, glass becomes
+    /// opaque, lamps go on
+    #[arg(long, value_name = "clay", value_parser = values::material)]
+    pub material: Option<values::MaterialChoice>,
+
     /// Environment in place of the scene's own: none, default (the neutral grey sky of scenes without light), or an equirectangular
     /// picture (.hdr, .exr, .png, .jpg)
     #[arg(long, value_name = "none|default|FILE", value_parser = values::environment())]

@@ -226,7 +226,8 @@ pub fn bytes(text: &str) -> Result<u64, String> {
 
 /// A background: `env`, `transparent` or a colour. One that is written as codes has exactly those.
 pub fn background(text: &str) -> Result<BackgroundChoice, String> {
-    let encoded = |linear: [f64; 3]| linear.map(|value| encode(TransferCurve::Srgb, value));
+    // White is white: the curve's own rounding leaves it a little below.
+    let encoded = |linear: [f64; 3]| linear.map(|value| if value == 1.0 { 1.0 } else { encode(TransferCurve::Srgb, value) });
     let nearest = |value: f64| f64::from(quantise(value)) / 255.0;
     if let Some(colour) = parse_colour(text) {
         return Ok(BackgroundChoice::Colour(encoded(colour).map(nearest)));
@@ -268,6 +269,18 @@ pub fn ground(text: &str) -> Result<GroundRule, String> {
     }
 }
 
+/// What every surface is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MaterialChoice {
+    /// A matte neutral grey.
+    Clay,
+}
+
+/// A material by its name.
+pub fn material(text: &str) -> Result<MaterialChoice, String> {
+    if text == "clay" { Ok(MaterialChoice::Clay) } else { Err("expected clay".to_owned()) }
+}
+
 /// What is behind a scene in a studio.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backdrop {
@@ -280,6 +293,14 @@ pub enum Backdrop {
 }
 
 impl Backdrop {
+    /// All of them with their names.
+    const NAMED: [(&'static str, Self); 3] = [("auto", Self::Auto), ("dark", Self::Dark), ("light", Self::Light)];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::NAMED.iter().find(|(_, backdrop)| *backdrop == self).map_or("auto", |(name, _)| name)
+    }
+
     /// Its radiance, where it is named.
     pub fn radiance(self) -> Option<f64> {
         match self {
@@ -292,12 +313,8 @@ impl Backdrop {
 
 /// A backdrop by its name.
 pub fn backdrop(text: &str) -> Result<Backdrop, String> {
-    match text {
-        "auto" => Ok(Backdrop::Auto),
-        "dark" => Ok(Backdrop::Dark),
-        "light" => Ok(Backdrop::Light),
-        _ => Err("expected auto, dark or light".to_owned()),
-    }
+    let found = Backdrop::NAMED.iter().find(|(name, _)| *name == text);
+    found.map(|(_, backdrop)| *backdrop).ok_or_else(|| "expected auto, dark or light".to_owned())
 }
 
 /// A view by its name, or by azimuth and elevation in degrees, `AZ,EL`.

@@ -20,7 +20,7 @@ use raywright_core::settings::{Aov, Background, Crop, Sampling};
 use raywright_io::output::AnimationFormat;
 use raywright_io::{Environment, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions, Overrides};
 
-use crate::args::values::{Backdrop, Up};
+use crate::args::values::{Backdrop, MaterialChoice, Up};
 use crate::args::{
     Accelerator, BackgroundChoice, DisplayArgs, Exposure, Frames, LightArgs, MOST_SAMPLES, ProgressStyle, RenderArgs, SceneArgs,
     Share, TevAddress, ViewArgs,
@@ -241,6 +241,7 @@ impl Task {
                 // What a colour is laid behind is rendered apart from it.
                 Some(BackgroundChoice::Transparent | BackgroundChoice::Colour(_)) => Background::Transparent,
             },
+            wireframe: flags.wireframe,
             aovs: self.layers.clone(),
             max_memory: Some(self.options.limits.memory_bytes),
             ..own
@@ -333,6 +334,7 @@ pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
             rotation: changes.env_rotation,
             strength: changes.env_strength,
         },
+        clay: changes.material == Some(MaterialChoice::Clay),
         allow_outside: changes.allow_outside,
         limits: limits(memory),
     }

@@ -39,6 +39,7 @@ impl Identity {
             precision,
             without,
             background,
+            wireframe,
             aovs,
             crop: _,
             max_error,
@@ -49,7 +50,7 @@ impl Identity {
             output: _,
             max_memory: _,
         } = settings;
-        let settings: [(&str, &dyn Debug); 20] = [
+        let settings: [(&str, &dyn Debug); 21] = [
             ("size", size),
             ("camera", camera),
             ("pattern of samples", &sampling.pattern()),
@@ -69,6 +70,7 @@ impl Identity {
             ("precision", precision),
             ("list of effects switched off", without),
             ("background", background),
+            ("wireframe", wireframe),
             ("list of layers", aovs),
         ];
         let settings = settings.into_iter().map(|(name, value)| (name.to_owned(), format!("{value:?}"))).collect();

@@ -11,6 +11,7 @@ mod shadow;
 mod spawn;
 mod surface;
 mod whitted;
+mod wireframe;
 
 pub(crate) use first_hit::FirstHit;
 use first_hit::FirstHits;

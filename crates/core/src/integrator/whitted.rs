@@ -149,17 +149,38 @@ impl<R: Real> WhittedTracer<'_, R> {
             self.first = Some(FirstHit::new(self.scene, &path.leg, hit));
         }
         match &self.scene.materials[at.material as usize] {
-            Material::Classic(m) => self.classic(m, path, hit, &at),
+            Material::Classic(m) => match self.edge(path, hit, &at) {
+                Some(edge) => self.draw_edge(path, edge),
+                None => self.classic(m, path, hit, &at),
+            },
             Material::Physical(m) => {
                 if m.alpha != AlphaMode::Opaque
                     && let Some(aside) = self.cutout(m, path, hit, &at)
                 {
                     return aside;
                 }
-                self.physical(m, path, hit, &at)
+                match self.edge(path, hit, &at) {
+                    Some(edge) => self.draw_edge(path, edge),
+                    None => self.physical(m, path, hit, &at),
+                }
             }
             Material::Unused => path.leave([None; 2]),
         }
+    }
+
+    /// What a camera ray sees of an edge.
+    #[inline(always)]
+    fn edge(&self, path: &WhittedState<R>, hit: &Hit<R>, at: &Interaction<R>) -> Option<R::Vec3> {
+        if path.camera { self.scene.edge_at(&path.leg, hit, at) } else { None }
+    }
+
+    /// Ends the path of a camera ray on an edge, which is seen as it is.
+    fn draw_edge(&mut self, path: &mut WhittedState<R>, edge: R::Vec3) -> Option<WhittedState<R>> {
+        let shown = path.throughput * edge;
+        path.radiance += shown;
+        self.see(true, shown);
+        self.first.iter_mut().for_each(|first| first.albedo = [0.0; 3]);
+        path.leave([None; 2])
     }
 
     /// Notes what a camera ray sees by itself, where that is kept.

@@ -171,6 +171,7 @@ impl<R: Real> Prepared<R> {
             clamp: settings.clamp.map(R::from_f64),
             compensates,
             veil: Vector::from_f64(scene.render.veil.0.into()),
+            draws_edges: settings.wireframe,
         };
         if let Some(studio) = &studio {
             prepared.furnish(studio, &view, settings, simulated);

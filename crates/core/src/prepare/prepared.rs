@@ -105,6 +105,8 @@ pub struct Prepared<R: Real> {
     /// Whether rough surfaces give back what their facets send to each other.
     pub(crate) compensates: bool,
     pub(crate) veil: R::Vec3,
+    /// Whether camera rays see the edges of triangles.
+    pub(crate) draws_edges: bool,
     /// Objects of whose mesh storing leaves nothing, ascending.
     pub(crate) lost: Vec<u32>,
     /// What all coordinates are counted from.

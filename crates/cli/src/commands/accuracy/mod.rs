@@ -12,7 +12,7 @@ use raywright_core::accuracy::{Effort, KeptReference, Listener, MeasureError, Re
 use raywright_core::{Observer, Settings};
 use raywright_io::{EnvironmentSource, Error, GroundRule, LoadOptions, Loaded, output};
 
-use crate::args::values::Up;
+use crate::args::values::{MaterialChoice, Up};
 use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
@@ -130,9 +130,11 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
         variant,
         animation,
         up,
+        material,
         env,
         studio,
         ground,
+        backdrop,
         env_rotation,
         env_strength,
         allow_outside,
@@ -147,6 +149,7 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
         Up::Axis(axis) => format!("--up {}", axis.name()),
         Up::Direction([x, y, z]) => format!("--up {x},{y},{z}"),
     }));
+    flags.extend(material.map(|MaterialChoice::Clay| "--material clay".to_owned()));
     flags.extend(env.iter().map(|source| match source {
         EnvironmentSource::None => "--env none".to_owned(),
         EnvironmentSource::Default => "--env default".to_owned(),
@@ -155,6 +158,7 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
     }));
     flags.extend(studio.then(|| "--studio".to_owned()));
     flags.extend((*ground == GroundRule::None).then(|| "--ground none".to_owned()));
+    flags.extend(backdrop.map(|backdrop| format!("--backdrop {}", backdrop.name())));
     flags.extend(env_rotation.map(|degrees| format!("--env-rotation {degrees}")));
     flags.extend(env_strength.map(|factor| format!("--env-strength {factor}")));
     flags.extend(allow_outside.then(|| "--allow-outside".to_owned()));

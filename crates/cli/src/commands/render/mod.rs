@@ -87,6 +87,7 @@ fn note_prepared(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes:
     tell::note_effects(loaded, ready.effects(), notes);
     tell::note_lost(loaded, ready, notes);
     tell::note_unresolved(loaded, ready, notes);
+    tell::note_edges(loaded, settings, notes);
     tell::note_closed_gaps(loaded, ready, settings, notes);
     tell::note_light_leaks(loaded, ready, settings, notes);
     tell::note_clamp(loaded, ready, settings, notes);

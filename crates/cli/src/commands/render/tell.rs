@@ -6,6 +6,7 @@ use raywright_core::display::exposure::{Clipping, MOST_CLIPPED};
 use raywright_core::effects::EffectReport;
 use raywright_core::film::{Doubt, Estimate, Film, Uncertainty};
 use raywright_core::prepare::{ClosedGap, Lamp, LightLeak, ShutAway};
+use raywright_core::scene::Shape;
 use raywright_core::settings::{PrecisionChoice, Settings};
 use raywright_core::{Ready, Rendered, extent};
 use raywright_io::{Loaded, Warning, WarningCode};
@@ -62,6 +63,17 @@ pub(super) fn note_unresolved(loaded: &Loaded, ready: &Ready, notes: &mut Notes)
         "{object} is so far from the rest of the scene that single precision can't tell points a thousandth of its size apart; move them \
          nearer to each other, or add --precision reference"
     ));
+}
+
+/// Edges that are asked for where shapes have none.
+pub(super) fn note_edges(loaded: &Loaded, settings: &Settings, notes: &mut Notes) {
+    let objects = loaded.scene.objects.iter().chain(loaded.scene.generators.iter().map(|generator| &generator.object));
+    let (meshes, others): (Vec<_>, Vec<_>) = objects.partition(|object| matches!(object.shape, Shape::Mesh(_)));
+    if !settings.wireframe || others.is_empty() {
+        return;
+    }
+    let which = if meshes.is_empty() { "the scene has none but shapes" } else { "some of what is shown are shapes" };
+    notes.hint(format!("--wireframe draws the edges of triangles, and {which}, such as spheres, that have no edges"));
 }
 
 /// Bodies so near to each other that light passes from the one to beyond the other.

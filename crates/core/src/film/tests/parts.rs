@@ -166,6 +166,7 @@ fn what_does_not_belong_together_is_refused() {
     assert_eq!(foreign(other(|s| s.integrator = Integrator::Whitted)), "integrator");
     assert_eq!(foreign(other(|s| s.precision = PrecisionChoice::Reference)), "precision");
     assert_eq!(foreign(other(|s| s.background = Background::Transparent)), "background");
+    assert_eq!(foreign(other(|s| s.wireframe = true)), "wireframe");
     assert_eq!(foreign(other(|s| s.aovs = layers())), "list of layers");
     assert_eq!(foreign(other(|s| s.light_sampling = LightSampling::Lights)), "light sampling");
     assert_eq!(foreign(other(|s| s.fresnel = FresnelRule::Exact)), "Fresnel rule");

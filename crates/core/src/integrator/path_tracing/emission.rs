@@ -41,6 +41,14 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
+    /// Ends the path of a camera ray on an edge, which is seen as it is: its base is black, so that denoising keeps it.
+    pub(super) fn draw_edge(&mut self, path: &mut PathState<R>, edge: R::Vec3) {
+        let shown = path.throughput * edge;
+        path.radiance += shown;
+        self.see(true, shown);
+        self.first.iter_mut().for_each(|first| first.albedo = [0.0; 3]);
+    }
+
     /// What a ray brings that hit nothing and sees this of the sky, in its share.
     #[inline(always)]
     pub(super) fn escaped(&mut self, path: &PathState<R>, seen: &SkySample<R>) -> R::Vec3 {

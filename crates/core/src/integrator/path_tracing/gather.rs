@@ -80,6 +80,12 @@ impl<R: Real> PathTracer<'_, R> {
         }
         path.hit = true;
         path.traced += 1;
+        if path.traced == 1
+            && let Some(edge) = scene.edge_at(&path.leg, hit, at)
+        {
+            self.draw_edge(path, edge);
+            return false;
+        }
         if material.glows() {
             self.emits(path, hit, at, material.emission_at(&scene.sources.at(at)));
         }

@@ -1,0 +1,57 @@
+//! Edges of triangles, drawn where camera rays meet them first: as wide as a pixel, so that samples smooth them, and without light.
+//!
+//! A line that is drawn on both sides of an edge is half a pixel wide on each. On triangles of a few pixels it is no wider than a share of the
+//! way across, so that a dense mesh becomes grey instead of black.
+
+use glam::DVec3;
+use raywright_bvh::{Hit, Real, Vector};
+
+use super::PathSegment;
+use crate::display::curve::luminance;
+use crate::interaction::Interaction;
+use crate::prepare::{Material, Prepared};
+
+/// Greatest share of the way from an edge to the corner before it that a line is wide.
+const WIDEST: f64 = 1.0 / 12.0;
+
+/// Radiance of lines on what is bright and on what is dark, and luminance of the base colour between both.
+const DARK: f64 = 0.01;
+const BRIGHT: f64 = 0.6;
+const BETWEEN: f64 = 0.12;
+
+impl<R: Real> Prepared<R> {
+    /// What a camera ray sees of an edge where it met a triangle; none beside edges, on other shapes, and where no edges are drawn.
+    #[inline(always)]
+    pub(super) fn edge_at(&self, leg: &PathSegment<R>, hit: &Hit<R>, at: &Interaction<R>) -> Option<R::Vec3> {
+        if self.draws_edges && self.is_on_edge(leg, hit) { Some(self.edge_colour(at)) } else { None }
+    }
+
+    /// Whether a ray passes an edge of its triangle by less than half a pixel, as wide as its cone is there.
+    #[inline(never)]
+    fn is_on_edge(&self, leg: &PathSegment<R>, hit: &Hit<R>) -> bool {
+        let Some(corners) = self.geometry.corners(&leg.ray, hit) else { return false };
+        let cone = self.camera.cone();
+        let pixel = (cone.width + cone.spread * (hit.t + leg.ahead)).to_f64();
+        let (origin, direction) = (leg.ray.origin.to_f64(), leg.ray.direction.to_f64());
+        let weights = [R::ONE - hit.u - hit.v, hit.u, hit.v].map(Real::to_f64);
+        (0..3).any(|i| {
+            let [from, to]: [DVec3; 2] = [1, 2].map(|k| corners[(i + k) % 3]);
+            let across = direction.cross(to - from);
+            weights[i] < WIDEST && 2.0 * (from - origin).dot(across).abs() < pixel * across.length()
+        })
+    }
+
+    fn edge_colour(&self, at: &Interaction<R>) -> R::Vec3 {
+        let here = self.sources.at(at);
+        let colour = match &self.materials[at.material as usize] {
+            Material::Classic(m) => m.colour.colour(&here),
+            Material::Physical(m) => m.base_at(&here),
+            Material::Unused => Vector::ZERO,
+        };
+        let is_bright = luminance(colour.to_f64().to_array()) > BETWEEN;
+        Vector::splat(R::from_f64(if is_bright { DARK } else { BRIGHT }))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,122 @@
+//! Models of clay: shapes without what they are made of.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use raywright_core::scene::{AlphaMode, Colour, Image, ImageData, Model, Physical, Pixels, Scene, TextureRef};
+
+/// Base colour of clay: a neutral grey.
+const CLAY: f64 = 0.6;
+
+/// Share of alpha below which what was blended is not there.
+const HALF: f64 = 0.5;
+
+/// Makes every surface a matte neutral one. What gives off light evenly goes on, since it may be all the light there is. Shapes that alpha cuts out of
+/// larger ones are kept: masks as they are, and blended surfaces are cut at half where an image says how far they are there. The others become
+/// opaque, and so does glass.
+pub(crate) fn apply(scene: &mut Scene) {
+    let mut cuts = Cutouts::default();
+    for material in &mut scene.materials {
+        let emission = material.even_emission().unwrap_or(Colour::BLACK).into();
+        let cut = match &material.model {
+            Model::Physical(model) => cuts.of(model),
+            Model::Classic(_) => Physical::default(),
+        };
+        let base_colour = Colour([CLAY; 3]).into();
+        material.model = Model::Physical(Box::new(Physical { base_colour, emission, specular: 0.0.into(), ..cut }));
+    }
+    cuts.add_to(scene);
+    scene.unread.clear();
+}
+
+/// Textures that say where surfaces are, by the names of those that have colours too.
+#[derive(Default)]
+struct Cutouts(BTreeMap<String, String>);
+
+impl Cutouts {
+    /// What of a material says where it is.
+    fn of(&mut self, model: &Physical) -> Physical {
+        let texture = model.base_colour_texture.as_ref();
+        let (alpha, opacity) = match (model.alpha, texture) {
+            (AlphaMode::Mask { .. }, _) => (model.alpha, model.opacity.clone()),
+            (AlphaMode::Blend, Some(_)) => (AlphaMode::Mask { cutoff: HALF }, 1.0.into()),
+            _ => return Physical::default(),
+        };
+        let white =
+            |texture: &TextureRef| TextureRef { name: self.white(&texture.name), factor: Colour::WHITE, ..texture.clone() };
+        Physical { alpha, opacity, base_colour_texture: texture.map(white), ..Physical::default() }
+    }
+
+    fn white(&mut self, name: &str) -> String {
+        self.0.entry(name.to_owned()).or_insert_with(|| format!("{name} (white)")).clone()
+    }
+
+    /// Adds the textures, whose images are white copies.
+    fn add_to(self, scene: &mut Scene) {
+        for (name, white) in self.0 {
+            let Some(texture) = scene.textures.iter().find(|texture| texture.name == name).cloned() else { continue };
+            let Some(image) = scene.images.iter().find(|image| image.name == texture.image) else { continue };
+            let data = image.data.as_deref().map(|data| Arc::new(whitened(data)));
+            scene.images.push(Image { name: white.clone(), data, ..image.clone() });
+            scene.textures.push(raywright_core::scene::Texture { name: white.clone(), image: white, ..texture });
+        }
+    }
+}
+
+/// An image of which only the alpha is left.
+fn whitened(data: &ImageData) -> ImageData {
+    let pixels = match &data.pixels {
+        Pixels::Codes(pixels) => Pixels::Codes(pixels.iter().map(|&[.., alpha]| [255, 255, 255, alpha]).collect()),
+        Pixels::Linear(pixels) => Pixels::Linear(pixels.iter().map(|&[.., alpha]| [1.0, 1.0, 1.0, alpha]).collect()),
+    };
+    ImageData { pixels, ..*data }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    /// Protects: what every kind of material becomes: matte grey, with the light that it gives off evenly and the shape that alpha cuts out, from an
+    /// image that has no colour of its own any more; glass and what a number makes blend are opaque.
+    #[test]
+    fn materials_become_clay() {
+        let physical = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });
+        let image = json!({ "name": "leaf" });
+        let materials = json!([
+            physical("metal", json!({ "metallic": 1, "roughness": 0.1, "base_colour": [1, 0.5, 0], "normal_texture": image })),
+            physical("glass", json!({ "transmission": 1, "roughness": 0 })),
+            physical("mask", json!({ "alpha": { "mask": { "cutoff": 0.3 } }, "opacity": 0.9, "base_colour_texture": image })),
+            physical("blend", json!({ "alpha": "blend", "opacity": 0.2, "base_colour_texture": image })),
+            physical("pane", json!({ "alpha": "blend", "opacity": 0.2 })),
+            physical("lamp", json!({ "emission": [5, 4, 3] })),
+            { "name": "classic", "model": { "classic": { "emission": [1, 0, 0] } } },
+        ]);
+        let mut scene: Scene = serde_json::from_value(json!({ "format": 1, "materials": materials,
+            "images": [{ "name": "leaf", "path": "leaf.png" }], "textures": [{ "name": "leaf", "image": "leaf" }] }))
+        .expect("a scene");
+        let pixels = Pixels::Codes(vec![[10, 200, 30, 255], [10, 200, 30, 0]]);
+        scene.images[0].data = Some(Arc::new(ImageData { width: 2, height: 1, pixels }));
+        apply(&mut scene);
+        let found: Vec<Physical> = scene
+            .materials
+            .iter()
+            .map(|material| match &material.model {
+                Model::Physical(model) => (**model).clone(),
+                Model::Classic(_) => panic!("{} is classic", material.name),
+            })
+            .collect();
+        let clay = Physical { base_colour: Colour([CLAY; 3]).into(), specular: 0.0.into(), ..Physical::default() };
+        assert_eq!([&found[0], &found[1], &found[4]], [&clay; 3]);
+        let alphas = [&found[2], &found[3]].map(|model| (model.alpha, model.opacity.clone()));
+        assert_eq!(alphas[0], (AlphaMode::Mask { cutoff: 0.3 }, 0.9.into()));
+        assert_eq!(alphas[1], (AlphaMode::Mask { cutoff: HALF }, 1.0.into()));
+        let names = [&found[2], &found[3]].map(|model| model.base_colour_texture.as_ref().map(|texture| texture.name.clone()));
+        assert_eq!(names, [(); 2].map(|()| Some("leaf (white)".to_owned())));
+        let white = scene.images.iter().find(|image| image.name == "leaf (white)").and_then(|image| image.data.clone());
+        assert_eq!(white.map(|data| data.pixels.clone()), Some(Pixels::Codes(vec![[255; 4], [255, 255, 255, 0]])));
+        assert_eq!(found[5].emission, Colour([5.0, 4.0, 3.0]).into());
+        assert_eq!(found[6].emission, Colour([1.0, 0.0, 0.0]).into());
+    }
+}

@@ -1,0 +1,60 @@
+//! `--material clay` and `--wireframe`: pictures for those who look at shapes.
+
+use raywright::core::picture::Picture;
+
+use crate::support::Desk;
+
+const BLOCK: &str = "mtllib b.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+                     f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
+
+/// A folder with a red block.
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.write("b.obj", BLOCK);
+    desk.write("b.mtl", "newmtl m\nKd 0.8 0.1 0.05\n");
+    desk
+}
+
+/// The block from its front corner, in linear numbers, with these words.
+#[track_caller]
+fn render(desk: &Desk, more: &str) -> Picture {
+    let line = format!("render b.obj --view 30,30 -s 64x48 --spp 32 --ground none -q -o a.exr {more}");
+    desk.run(&line.split_whitespace().collect::<Vec<_>>()).exits_with(0);
+    desk.picture("a.exr")
+}
+
+/// Protects: clay is neutral, whatever the file says, by `explain` as by `render`, and nothing but clay is known.
+#[test]
+fn clay_is_neutral() {
+    let desk = desk();
+    let [red, clay] = ["", "--material clay"].map(|more| render(&desk, &format!("--backdrop dark {more}")));
+    let middle = |picture: &Picture| picture.pixel(32, 24).expect("a pixel");
+    let ([r, g, b], [cr, cg, cb]) = (middle(&red), middle(&clay));
+    assert!(r > 3.0 * g && r > 3.0 * b, "{r} {g} {b}");
+    assert!((cr - cg).abs() < 1e-3 * cr && (cg - cb).abs() < 1e-3 * cr && cr > 0.05, "{cr} {cg} {cb}");
+    desk.run(&["explain", "b.obj", "--material", "clay"]).exits_with(0);
+    desk.run(&["render", "b.obj", "--material", "wood"]).exits_with(2).says_like("expected clay");
+}
+
+/// Protects: edges are dark on the first surface and on it alone, with clay too and denoised; they are part of what makes a film another picture; where
+/// nothing has edges, that is said.
+#[test]
+fn edges_are_drawn() {
+    let desk = desk();
+    for more in ["", "--material clay", "--denoise", "--background transparent"] {
+        let [plain, lines] = ["", "--wireframe"].map(|edges| render(&desk, &format!("--backdrop light {more} {edges}")));
+        let darker = |i: usize| lines.rgb[i][0] < 0.8 * plain.rgb[i][0];
+        let count = (0..plain.rgb.len()).filter(|&i| darker(i)).count();
+        assert!((60..600).contains(&count), "{more}: {count}");
+        assert_eq!(lines.rgb[0], plain.rgb[0]);
+        assert_eq!(lines.alpha, plain.alpha, "{more}");
+    }
+    render(&desk, "--checkpoint plain.film");
+    let gone_on = "render b.obj --view 30,30 -s 64x48 --spp 32 --ground none --wireframe --resume plain.film -q -o b.png";
+    desk.run(&gone_on.split(' ').collect::<Vec<_>>()).exits_with(3).says_like("the wireframe differs");
+    let ball = "format = 1\nmaterials = [{ name = \"m\", model.physical = {} }]\n[[objects]]\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\n\
+                material = \"m\"\n";
+    desk.write("ball.scene.toml", ball);
+    let run = desk.run(&["render", "ball.scene.toml", "--wireframe", "-s", "8x8", "--spp", "1", "-o", "c.png"]);
+    run.exits_with(0).says_like("--wireframe draws the edges of triangles");
+}
