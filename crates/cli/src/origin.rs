@@ -55,11 +55,11 @@ pub fn error(noisy: Option<&Uncertainty>, rendered: &Rendered, film: &Film) -> S
 
 /// What tells a scene from others, with all that flags change in it: parts of one picture have the same.
 pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &Choices) -> String {
-    let LoadOptions { overrides, model, environment, clay, .. } = options;
+    let LoadOptions { overrides, model, environment, clay, section, .. } = options;
     // What an environment is read from counts towards the hash.
     let source = environment.source.as_ref().map(|source| *source == EnvironmentSource::Studio);
     let environment = (source, environment.ground, environment.backdrop, environment.rotation, environment.strength);
-    format!("{} {overrides:?} {model:?} {environment:?} {clay}{}", loaded.hash, of_picture(choices))
+    format!("{} {overrides:?} {model:?} {environment:?} {clay} {section:?}{}", loaded.hash, of_picture(choices))
 }
 
 /// Those of them that parts of one picture have in common: how many samples there are, and whether they are denoised, is the film's

@@ -92,7 +92,12 @@ pub fn nothing_to_see(loaded: &Loaded) -> Option<Failure> {
         return None;
     }
     let is_thin = loaded.warnings.iter().any(|warning| warning.code == WarningCode::PointsAndLines);
-    let why = if is_thin { "it has points and lines alone, which are not rendered" } else { "it has no object" };
+    let is_cut = loaded.warnings.iter().any(|warning| warning.code == WarningCode::Section);
+    let why = match (is_cut, is_thin) {
+        (true, _) => "the section leaves nothing of it",
+        (_, true) => "it has points and lines alone, which are not rendered",
+        _ => "it has no object",
+    };
     Some(empty(&loaded.source.name, why))
 }
 

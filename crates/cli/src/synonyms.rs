@@ -3,7 +3,7 @@
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 /// Flags of other programs, without dashes, and what they are here.
-const SYNONYMS: [(&[&str], &str); 20] = [
+const SYNONYMS: [(&[&str], &str); 21] = [
     (&["samples", "sample", "n-samples", "aa"], "samples a pixel are --spp N"),
     (&["width", "height", "resolution", "res", "dimensions", "geometry"], "width and height are one flag: --size 640x360"),
     (&["transparent", "alpha", "rgba"], "--background transparent"),
@@ -22,6 +22,7 @@ const SYNONYMS: [(&[&str], &str); 20] = [
     (&["overwrite", "force", "yes", "y", "f"], "a file that -o names is replaced without it"),
     (&["gpu", "device", "cuda", "cpu"], "there is nothing to choose: all is computed by processors"),
     (&["edges", "show-edges", "wire", "mesh-edges"], "--wireframe, edges of the model's triangles"),
+    (&["cut", "clip", "cross-section", "cutting-plane", "slice"], "--section AXIS=VALUE, such as x=0.3 or x=50%"),
     (&["denoiser", "oidn", "optix"], "--denoise"),
     (&["camera-position", "camera-pos", "position", "look-at", "lookat", "focal-point"], "--eye X,Y,Z and --target X,Y,Z"),
 ];

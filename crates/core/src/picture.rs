@@ -92,6 +92,13 @@ impl Picture {
         [self.alpha.as_ref().map_or(1.0, |alpha| alpha[pixel] - shadow), shadow]
     }
 
+    /// The same without its shadow: what surfaces cover alone.
+    #[must_use]
+    pub fn without_shadow(&self) -> Self {
+        let surfaces = (0..self.pixels()).map(|pixel| self.coverage(pixel)[0]);
+        Self { alpha: self.alpha.as_ref().map(|_| surfaces.collect()), shadow: None, ..self.clone() }
+    }
+
     /// The colour of what surfaces show in a pixel, without the coverage that multiplies it; none where there are none.
     pub(crate) fn surface_colour(&self, pixel: usize) -> Option<[f32; 3]> {
         let [surfaces, _] = self.coverage(pixel);

@@ -11,6 +11,15 @@ const CLAY: f64 = 0.6;
 /// Share of alpha below which what was blended is not there.
 const HALF: f64 = 0.5;
 
+/// A matte neutral material.
+pub(crate) fn model() -> Model {
+    Model::Physical(Box::new(matte(Physical::default())))
+}
+
+fn matte(own: Physical) -> Physical {
+    Physical { base_colour: Colour([CLAY; 3]).into(), specular: 0.0.into(), ..own }
+}
+
 /// Makes every surface a matte neutral one. What gives off light evenly goes on, since it may be all the light there is. Shapes that alpha cuts out of
 /// larger ones are kept: masks as they are, and blended surfaces are cut at half where an image says how far they are there. The others become
 /// opaque, and so does glass.
@@ -22,8 +31,7 @@ pub(crate) fn apply(scene: &mut Scene) {
             Model::Physical(model) => cuts.of(model),
             Model::Classic(_) => Physical::default(),
         };
-        let base_colour = Colour([CLAY; 3]).into();
-        material.model = Model::Physical(Box::new(Physical { base_colour, emission, specular: 0.0.into(), ..cut }));
+        material.model = Model::Physical(Box::new(Physical { emission, ..matte(cut) }));
     }
     cuts.add_to(scene);
     scene.unread.clear();
@@ -107,7 +115,7 @@ mod tests {
                 Model::Classic(_) => panic!("{} is classic", material.name),
             })
             .collect();
-        let clay = Physical { base_colour: Colour([CLAY; 3]).into(), specular: 0.0.into(), ..Physical::default() };
+        let clay = matte(Physical::default());
         assert_eq!([&found[0], &found[1], &found[4]], [&clay; 3]);
         let alphas = [&found[2], &found[3]].map(|model| (model.alpha, model.opacity.clone()));
         assert_eq!(alphas[0], (AlphaMode::Mask { cutoff: 0.3 }, 0.9.into()));

@@ -17,6 +17,7 @@ use crate::import::MODELS;
 use crate::inputs::Inputs;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
+use crate::section::{self, Section};
 use crate::source::{Format, SourceInfo, foreign};
 use crate::up::{UpAxis, turn};
 use crate::warning::Warning;
@@ -71,6 +72,8 @@ pub struct LoadOptions {
     pub environment: Environment,
     /// Whether every surface is made of neutral clay.
     pub clay: bool,
+    /// Where it is cut, once it is turned.
+    pub section: Option<Section>,
     /// Whether files outside the scene's folder that it names are read; otherwise they are refused.
     pub allow_outside: bool,
     /// What is refused.
@@ -213,9 +216,10 @@ fn model(
     let Model { mut scene, mut warnings, contents } =
         model_file::load(format, path, &bytes, (folder, &options.limits), &choice, observer)?;
     within_limits(&name, &scene, &options.limits)?;
-    restyle(&mut scene, options, folder);
     let own = if format == Format::Stl { UpAxis::Z } else { UpAxis::Y };
     turn(&mut scene, up.unwrap_or(own));
+    warnings.extend(restyle(&mut scene, options, &name, folder));
+    within_limits(&name, &scene, &options.limits)?;
     let assumed_up = (up.is_none() && own != UpAxis::Y).then_some(own);
     let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits, &mut warnings)?;
     let source = SourceInfo::new(name, stem, format, None);
@@ -237,7 +241,8 @@ fn native_scene(
     let mut warnings = native::files::read(&mut parsed, folder, &options.limits)?;
     let mut scene = parsed.scene;
     within_limits(name, &scene, &options.limits)?;
-    restyle(&mut scene, options, folder);
+    warnings.extend(restyle(&mut scene, options, name, folder));
+    within_limits(name, &scene, &options.limits)?;
     let format = Format::Native(notation);
     let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits, &mut warnings)?;
     let source = SourceInfo::new(name, stem, format, Some(text.into()));
@@ -254,12 +259,15 @@ fn native_scene(
     })
 }
 
-/// Changes what surfaces are made of.
-fn restyle(scene: &mut Scene, options: &LoadOptions, folder: &Folder) {
+/// Changes what surfaces are made of and cuts what is there, as the options say.
+fn restyle(scene: &mut Scene, options: &LoadOptions, name: &str, folder: &Folder) -> Vec<Warning> {
     if options.clay {
         folder.note(b"clay");
         clay::apply(scene);
     }
+    let Some(section) = &options.section else { return Vec::new() };
+    folder.note(format!("{section:?}").as_bytes());
+    section::cut(scene, section, name)
 }
 
 /// Refuses scenes of more objects or triangles than the limits allow, before anything is made of them.

@@ -72,6 +72,7 @@ fn faceted(part: &MeshData) -> MeshData {
         tangents: corners().filter_map(|i| part.tangents.get(i).copied()).collect(),
         colours: corners().filter_map(|i| part.colours.get(i).copied()).collect(),
         positions,
+        is_cap: false,
     }
 }
 

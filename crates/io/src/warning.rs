@@ -61,6 +61,8 @@ codes! {
     Samples "samples" LeftOut,
     /// Triangles without area to render, of too few corners or with numbers that are not finite.
     Geometry "geometry" LeftOut,
+    /// Shapes that a section does not cut, cuts without a cap, and sections that leave nothing.
+    Section "section" LeftOut,
     /// Points and lines.
     PointsAndLines "points-and-lines" LeftOut,
     /// An extension, a statement or a chunk that is not known.

@@ -1,4 +1,4 @@
-//! `--material clay` and `--wireframe`: pictures for those who look at shapes.
+//! `--material clay`, `--wireframe` and `--section`: pictures for those who look at shapes.
 
 use raywright::core::picture::Picture;
 
@@ -57,4 +57,32 @@ fn edges_are_drawn() {
     desk.write("ball.scene.toml", ball);
     let run = desk.run(&["render", "ball.scene.toml", "--wireframe", "-s", "8x8", "--spp", "1", "-o", "c.png"]);
     run.exits_with(0).says_like("--wireframe draws the edges of triangles");
+}
+
+/// Protects: a section leaves what lies on its side, capped with the body's own material, in views, sheets and with clay and lines; one that leaves
+/// nothing ends with exit code 3, what is open is named, and `--up` comes first.
+#[test]
+fn sections_are_capped() {
+    let desk = desk();
+    // From +x, straight at the cap: as large and as red as the face that was there, and as deep in the picture as it is cut.
+    let depth = |more: &str| {
+        let words =
+            format!("render b.obj --eye 5,0.5,0.5 --target 0,0.5,0.5 --fov 20 -s 32x32 --spp 16 -q -o a.exr --aov depth {more}");
+        desk.run(&words.split_whitespace().collect::<Vec<_>>()).exits_with(0);
+        let picture = desk.picture("a.exr");
+        let [r, g, b] = picture.pixel(16, 16).expect("a pixel");
+        assert!(r > 3.0 * g && r > 3.0 * b, "{more}: {r} {g} {b}");
+        f64::from(picture.layer("depth.Z").expect("a layer").samples[16 * 32 + 16])
+    };
+    for (section, expected) in [("", 4.0), ("--section x=0.25", 4.75), ("--section x=25%", 4.75), ("--section -z=0.25", 4.0)] {
+        assert!((depth(section) - expected).abs() < 0.01, "{section}: {}", depth(section));
+    }
+    let sheet = "render b.obj --section -y=0.5 --material clay --wireframe --views iso,front -s 24x16 --spp 2 --sheet s.png -q";
+    desk.run(&sheet.split(' ').collect::<Vec<_>>()).exits_with(0);
+    let nothing = desk.run(&["render", "b.obj", "--section", "x=-1", "-o", "n.png"]);
+    nothing.exits_with(3).says_like("the section leaves nothing of it");
+    desk.write("open.obj", BLOCK.replace("f 1 4 3 2\n", ""));
+    desk.run(&["render", "open.obj", "--section", "x=0.5", "-s", "8x8", "--spp", "1"]).exits_with(0).says_like("not closed");
+    desk.run(&["render", "b.obj", "--section", "w=1"]).exits_with(2).says_like("x=30%");
+    desk.run(&["info", "b.obj", "--section", "y=0.5", "--up", "z"]).exits_with(0);
 }

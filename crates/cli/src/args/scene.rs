@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use raywright_core::effects::Effect;
 use raywright_core::ladder::Choice;
-use raywright_io::{EnvironmentSource, GroundRule, WarningCode};
+use raywright_io::{EnvironmentSource, GroundRule, Section, WarningCode};
 
 use super::values;
 
@@ -43,6 +43,11 @@ pub struct SceneArgs {
     /// opaque, lamps go on
     #[arg(long, value_name = "clay", value_parser = values::material)]
     pub material: Option<values::MaterialChoice>,
+
+    /// Cut models: x=0.3 leaves what lies below 0.3 along x, in units of the file once its up axis is y; x=30% counts through the box around
+    /// all; -x=0.3 leaves the other side. Closed meshes get a cap of their own material, grey where images colour that; shapes that are no meshes stay whole
+    #[arg(long, value_name = "AXIS=VALUE", value_parser = values::section, allow_hyphen_values = true)]
+    pub section: Option<Section>,
 
     /// Environment in place of the scene's own: none, default (the neutral grey sky of scenes without light), or an equirectangular
     /// picture (.hdr, .exr, .png, .jpg)

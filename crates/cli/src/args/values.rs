@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use raywright_io::{EnvironmentSource, GroundRule, UpAxis, WarningCode, parse_colour};
+use raywright_io::{EnvironmentSource, GroundRule, Section, UpAxis, WarningCode, parse_colour};
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -279,6 +279,11 @@ pub enum MaterialChoice {
 /// A material by its name.
 pub fn material(text: &str) -> Result<MaterialChoice, String> {
     if text == "clay" { Ok(MaterialChoice::Clay) } else { Err("expected clay".to_owned()) }
+}
+
+/// A cut across an axis.
+pub fn section(text: &str) -> Result<Section, String> {
+    text.parse()
 }
 
 /// What is behind a scene in a studio.

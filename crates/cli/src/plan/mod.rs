@@ -335,6 +335,7 @@ pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
             strength: changes.env_strength,
         },
         clay: changes.material == Some(MaterialChoice::Clay),
+        section: changes.section,
         allow_outside: changes.allow_outside,
         limits: limits(memory),
     }

@@ -173,7 +173,7 @@ impl DisplayMap {
     ///
     /// Coverage mixes display values, not light: pages and most editors do, so that a transparent picture on a page looks like one whose background
     /// is the page's colour. What light is left of a shadow is a factor on light, which the curve makes one on display values: exactly so for a
-    /// power, within three codes for sRGB.
+    /// power, and for white; deep shadows on greys of sRGB are up to eight codes off.
     fn covered(&self, picture: &Picture, pixel: usize) -> ([f64; 3], f64) {
         let [surfaces, shadow] = picture.coverage(pixel).map(f64::from);
         let (clear, colour) = (1.0 - surfaces, self.values_in_full(picture.surface_colour(pixel).unwrap_or_default()));

@@ -223,7 +223,7 @@ fn backgrounds_have_exactly_their_codes() {
 }
 
 /// Protects: a transparent picture that a page lays over its colour, code by code, is the picture with that background within two codes, for
-/// surfaces, shadows and both in a pixel; and of a shadow alone it is what its light leaves of the colour, within three codes of sRGB and one of a power.
+/// surfaces, shadows and both in a pixel; and of a shadow alone it is what its light leaves of the colour, within one code for white and for a power, eight of sRGB for greys.
 #[test]
 fn pages_show_what_a_background_shows() {
     for display in every_display() {
@@ -249,7 +249,7 @@ fn pages_show_what_a_background_shows() {
                     let lit = light.map(|light| curve::quantise(curve::encode(display.curve, light)));
                     let apart =
                         lit.iter().zip(direct.to_codes(&pixel_of([0.0; 3], [0.0, shadow]))).map(|(&a, b)| a.abs_diff(b)).max();
-                    let most = if display.curve == TransferCurve::Srgb { 3 } else { 1 };
+                    let most = if display.curve == TransferCurve::Srgb && page != [255; 3] { 8 } else { 1 };
                     assert!(apart <= Some(most), "{display:?} {page:?} {shadow}: {apart:?}");
                 }
             }

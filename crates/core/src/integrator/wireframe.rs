@@ -23,7 +23,11 @@ impl<R: Real> Prepared<R> {
     /// What a camera ray sees of an edge where it met a triangle; none beside edges, on other shapes, and where no edges are drawn.
     #[inline(always)]
     pub(super) fn edge_at(&self, leg: &PathSegment<R>, hit: &Hit<R>, at: &Interaction<R>) -> Option<R::Vec3> {
-        if self.draws_edges && self.is_on_edge(leg, hit) { Some(self.edge_colour(at)) } else { None }
+        if self.draws_edges && !self.is_cap(at.object) && self.is_on_edge(leg, hit) { Some(self.edge_colour(at)) } else { None }
+    }
+
+    fn is_cap(&self, object: u32) -> bool {
+        self.objects[object as usize].mesh.as_ref().is_some_and(|mesh| self.meshes[mesh.mesh as usize].is_cap)
     }
 
     /// Whether a ray passes an edge of its triangle by less than half a pixel, as wide as its cone is there.

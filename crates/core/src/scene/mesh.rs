@@ -63,6 +63,10 @@ pub struct MeshData {
     pub uvs: Vec<Vec<[f32; 2]>>,
     /// Linear colours a vertex with alpha; empty: white.
     pub colours: Vec<[f32; 4]>,
+    /// Whether it is the cap of a section: its triangles are none of a file's, and none of their edges is drawn.
+    #[serde(skip)]
+    #[cfg_attr(test, schemars(skip))]
+    pub is_cap: bool,
 }
 
 impl MeshData {

@@ -58,6 +58,7 @@ fn leaf() -> MeshData {
         tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3],
         uvs: vec![vec![[0.0; 2]; 3]],
         colours: vec![[1.0; 4]; 3],
+        ..MeshData::default()
     }
 }
 

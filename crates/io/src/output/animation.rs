@@ -3,6 +3,7 @@
 //! How many there are is known when the last one is finished, since a run may be interrupted. Until then each waits, packed, in a file
 //! without a name beside the one that is to be made.
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -81,7 +82,10 @@ impl Animation {
         } else if self.has_alpha != has_alpha {
             return Err(io::Error::other("some of its pictures are transparent and some are not"));
         }
-        let packed = png_bytes(picture, display, &Metadata::default())?;
+        // What a GIF covers in part it covers wholly, and a shadow would be a black spot.
+        let is_alone = self.format == AnimationFormat::Gif && has_alpha && picture.shadow.is_some();
+        let picture = if is_alone { Cow::Owned(picture.without_shadow()) } else { Cow::Borrowed(picture) };
+        let packed = png_bytes(&picture, display, &Metadata::default())?;
         self.spool.write_all(&packed)?;
         self.lengths.push(packed.len());
         Ok(())
@@ -218,6 +222,30 @@ mod tests {
             reader.next_frame(&mut codes).expect("a picture");
             let frame = reader.info().frame_control.expect("its time");
             assert_eq!((f64::from(frame.delay_num) / f64::from(frame.delay_den), codes), (0.04, vec![code; 36]));
+        }
+    }
+
+    /// Protects: a GIF, which has no partial coverage, leaves shadows away in place of black spots; an APNG keeps them, and before a background both do.
+    #[test]
+    fn shadows_are_no_black_spots() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let picture = Picture { alpha: Some(vec![0.4; 12]), shadow: Some(vec![0.4; 12]), ..Picture::new(4, 3) };
+        let alpha_of = |format, background: Option<[f64; 3]>| {
+            let mut animation = Animation::new(&folder.path().join("a"), format, 10.0, Metadata::default()).expect("a spool");
+            animation.add(&picture, Display { background, ..Display::PLAIN }).expect("a picture");
+            let mut codes = Vec::new();
+            animation
+                .each(|own, _| {
+                    codes = own;
+                    Ok(())
+                })
+                .expect("codes");
+            codes[codes.len() - 1]
+        };
+        assert_eq!(alpha_of(AnimationFormat::Gif, None), 0);
+        assert!((45..60).contains(&alpha_of(AnimationFormat::Apng, None)), "{}", alpha_of(AnimationFormat::Apng, None));
+        for format in [AnimationFormat::Gif, AnimationFormat::Apng] {
+            assert!((150..250).contains(&alpha_of(format, Some([1.0; 3]))));
         }
     }
 }

@@ -131,6 +131,7 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
         animation,
         up,
         material,
+        section,
         env,
         studio,
         ground,
@@ -150,6 +151,7 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
         Up::Direction([x, y, z]) => format!("--up {x},{y},{z}"),
     }));
     flags.extend(material.map(|MaterialChoice::Clay| "--material clay".to_owned()));
+    flags.extend(section.map(|section| format!("--section {section}")));
     flags.extend(env.iter().map(|source| match source {
         EnvironmentSource::None => "--env none".to_owned(),
         EnvironmentSource::Default => "--env default".to_owned(),

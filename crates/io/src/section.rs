@@ -1,0 +1,184 @@
+//! Cuts through models: what lies beyond a plane is left away, and closed meshes get a cap there, so that bodies look solid.
+//!
+//! Each mesh is cut where each object that shows it lies, once it is known how the whole is turned. A vertex that storing can't tell from the plane
+//! counts as in it, so that a plane through a face leaves no film of it.
+
+mod cap;
+mod clip;
+
+use core::fmt;
+use core::str::FromStr;
+use std::sync::Arc;
+
+use glam::DVec3;
+use raywright_core::affine;
+use raywright_core::scene::{Material, Mesh, MeshData, MeshSource, Model, Object, Scene, Shape, SideRule};
+
+use crate::clay;
+use crate::warning::{Warning, WarningCode};
+use clip::{Cut, CutMesh, MeshCutter};
+
+/// A plane across an axis, and which side of it is kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Section {
+    /// 0 for x, 1 for y, 2 for z.
+    axis: usize,
+    /// Whether what lies beyond the plane along the axis is kept, and not what lies before it.
+    keeps_above: bool,
+    position: Position,
+}
+
+/// Where a plane crosses its axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Position {
+    /// In units of the model.
+    Coordinate(f64),
+    /// As a share of the way through the box around all meshes.
+    Share(f64),
+}
+
+impl FromStr for Section {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || {
+            "expected an axis and where it is cut, such as x=0.3 in units of the model, or x=30%; -x keeps the other side"
+                .to_owned()
+        };
+        let (name, place) = text.split_once('=').ok_or_else(expected)?;
+        let (keeps_above, name) = name.trim().strip_prefix('-').map_or((false, name.trim()), |name| (true, name));
+        let axis = ["x", "y", "z"].iter().position(|axis| name.eq_ignore_ascii_case(axis)).ok_or_else(expected)?;
+        let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(expected);
+        let position = match place.trim().strip_suffix('%') {
+            Some(share) => Position::Share(number(share)? / 100.0),
+            None => Position::Coordinate(number(place)?),
+        };
+        Ok(Self { axis, keeps_above, position })
+    }
+}
+
+impl fmt::Display for Section {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (side, axis) = (if self.keeps_above { "-" } else { "" }, ["x", "y", "z"][self.axis]);
+        match self.position {
+            Position::Coordinate(at) => write!(f, "{side}{axis}={at}"),
+            Position::Share(share) => write!(f, "{side}{axis}={}%", 100.0 * share),
+        }
+    }
+}
+
+impl Section {
+    /// 1 where what lies before the plane is kept, -1 where it is what lies beyond.
+    fn sign(&self) -> f64 {
+        if self.keeps_above { -1.0 } else { 1.0 }
+    }
+}
+
+/// Coordinates of f32 that far apart, as a share of the largest one, are taken for one: four units in the last place of half of it.
+const SAME: f64 = 2.5e-7;
+
+/// Cuts a scene. `name` is what warnings call it.
+pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warning> {
+    let range = extent(scene, section.axis);
+    let Some([least, most]) = range else { return not_cut(scene, name).into_iter().collect() };
+    let plane = match section.position {
+        Position::Coordinate(at) => at,
+        Position::Share(share) => least + share * (most - least),
+    };
+    let tolerance = SAME * least.abs().max(most.abs());
+    let height = |point: DVec3| {
+        let height = section.sign() * (point[section.axis] - plane);
+        if height.abs() <= tolerance { 0.0 } else { height }
+    };
+    let mut warnings: Vec<Warning> = not_cut(scene, name).into_iter().collect();
+    let (mut kept, mut open) = (Vec::new(), 0);
+    for mut object in core::mem::take(&mut scene.objects) {
+        let Some(data) = data_of(scene, &object) else {
+            kept.push(object);
+            continue;
+        };
+        let map = affine(&object.transform);
+        let heights: Vec<f64> = data.positions.iter().map(|point| height(map.transform_point3(point))).collect();
+        match MeshCutter::new(&data, &heights, map, section).cut() {
+            Cut::Kept => {}
+            Cut::Gone => continue,
+            Cut::Through(cut) => {
+                let CutMesh { mesh, cap, is_open } = *cut;
+                if is_open {
+                    // Its inside is seen now.
+                    object.side = SideRule::Both;
+                    open += 1;
+                }
+                if !cap.indices.is_empty() {
+                    let (shape, material) = (shape_of(scene, &object, cap), cap_material(scene, &object.material));
+                    kept.push(Object { shape, material, ..object.clone() });
+                }
+                object.shape = shape_of(scene, &object, mesh);
+            }
+        }
+        kept.push(object);
+    }
+    scene.objects = kept;
+    if open > 0 {
+        let message = format!(
+            "{open} of the meshes that the section cuts are not closed there, so that their cuts have no caps, or not all"
+        );
+        warnings.push(Warning::new(WarningCode::Section, name, message));
+    }
+    if scene.objects.is_empty() {
+        let [least, most] = [least, most].map(|x| format!("{x:.6}"));
+        let axis = ["x", "y", "z"][section.axis];
+        let message = format!("the section leaves nothing of it: it lies between {least} and {most} along {axis}");
+        warnings.push(Warning::new(WarningCode::Section, name, message));
+    }
+    warnings
+}
+
+/// A new mesh in place of an object's.
+fn shape_of(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
+    let own = if let Shape::Mesh(own) = &object.shape { own } else { "" };
+    let name = format!("{own} (section {})", scene.meshes.len());
+    scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(Arc::new(data)), model: None });
+    Shape::Mesh(name)
+}
+
+/// What a cap is made of: what its body is, or grey clay where images or vertices say that, which a cap has none of.
+fn cap_material(scene: &mut Scene, name: &str) -> String {
+    let Some(own) = scene.materials.iter().find(|material| material.name == name) else { return name.to_owned() };
+    let varies = own.textures().next().is_some() || matches!(&own.model, Model::Physical(model) if model.vertex_colours);
+    if !varies {
+        return name.to_owned();
+    }
+    let grey = format!("{name} (cap)");
+    if !scene.materials.iter().any(|material| material.name == grey) {
+        scene.materials.push(Material { name: grey.clone(), model: clay::model() });
+    }
+    grey
+}
+
+/// The mesh of an object that is cut; none of what moves and of other shapes.
+fn data_of(scene: &Scene, object: &Object) -> Option<Arc<MeshData>> {
+    let Shape::Mesh(name) = &object.shape else { return None };
+    let mesh = scene.meshes.iter().find(|mesh| mesh.name == *name).filter(|_| object.transform_end.is_none())?;
+    if let MeshSource::Inline(data) = &mesh.source { Some(Arc::clone(data)) } else { None }
+}
+
+/// Least and greatest coordinate of all that is cut; none where nothing is.
+fn extent(scene: &Scene, axis: usize) -> Option<[f64; 2]> {
+    let along = |object: &Object| {
+        let (data, map) = (data_of(scene, object)?, affine(&object.transform));
+        let coordinates = data.positions.iter().map(|point| map.transform_point3(point)[axis]);
+        coordinates.fold(None, |range, x| Some(range.map_or([x; 2], |[least, most]: [f64; 2]| [least.min(x), most.max(x)])))
+    };
+    scene.objects.iter().filter_map(along).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+}
+
+/// A warning of what is not cut.
+fn not_cut(scene: &Scene, name: &str) -> Option<Warning> {
+    let count = scene.objects.iter().filter(|object| data_of(scene, object).is_none()).count() + scene.generators.len();
+    let message = format!("{count} objects are not cut by the section: only triangle meshes are that stand still");
+    (count > 0).then(|| Warning::new(WarningCode::Section, name, message))
+}
+
+#[cfg(test)]
+mod tests;

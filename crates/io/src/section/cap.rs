@@ -1,0 +1,174 @@
+//! The area inside an outline in a plane, as triangles: trapezoids between the edges that a line sweeps over, from vertex to vertex. What winds around
+//! a point any way but not at all is inside, so that bodies that overlap are one, and an inner wall bounds a hole.
+
+use std::collections::BTreeMap;
+
+/// Directed edges that close: vertices at their ends, and where these lie.
+pub(super) struct Outline {
+    pub edges: Vec<([u32; 2], [[f64; 2]; 2])>,
+}
+
+/// A corner of the cap: between two vertices of an edge, at a share of the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Corner {
+    pub vertices: [u32; 2],
+    pub share: f64,
+    place: [f64; 2],
+}
+
+/// An edge that rises.
+struct Rising {
+    vertices: [u32; 2],
+    from: [f64; 2],
+    to: [f64; 2],
+    /// 1 where the outline goes up along it, -1 where it goes down.
+    winding: i32,
+}
+
+impl Rising {
+    fn share(&self, height: f64) -> f64 {
+        (height - self.from[1]) / (self.to[1] - self.from[1])
+    }
+
+    fn across(&self, height: f64) -> f64 {
+        self.from[0] + self.share(height) * (self.to[0] - self.from[0])
+    }
+
+    fn corner(&self, height: f64) -> Corner {
+        let place = match height {
+            at if at == self.from[1] => self.from,
+            at if at == self.to[1] => self.to,
+            at => [self.across(at), at],
+        };
+        Corner { vertices: self.vertices, share: self.share(height), place }
+    }
+}
+
+/// Trapezoids: the edges at their left and right, and from where to where they go.
+pub(super) struct Cap {
+    edges: Vec<Rising>,
+    trapezoids: Vec<([usize; 2], [f64; 2])>,
+}
+
+impl Cap {
+    /// Of an outline.
+    pub fn of(outline: &Outline) -> Self {
+        let rising = |&(vertices, [a, b]): &([u32; 2], [[f64; 2]; 2])| {
+            let [v, w] = vertices;
+            match a[1].total_cmp(&b[1]) {
+                _ if a[1] == b[1] => None,
+                core::cmp::Ordering::Less => Some(Rising { vertices, from: a, to: b, winding: 1 }),
+                _ => Some(Rising { vertices: [w, v], from: b, to: a, winding: -1 }),
+            }
+        };
+        let mut edges: Vec<Rising> = outline.edges.iter().filter_map(rising).collect();
+        edges.sort_by(|a, b| a.from[1].total_cmp(&b.from[1]));
+        let mut heights: Vec<f64> = edges.iter().flat_map(|edge| [edge.from[1], edge.to[1]]).collect();
+        heights.sort_by(f64::total_cmp);
+        heights.dedup();
+        let mut cap = Self { edges, trapezoids: Vec::new() };
+        cap.sweep(&heights);
+        cap
+    }
+
+    /// From height to height: trapezoids between two edges go on as long as these are neighbours.
+    fn sweep(&mut self, heights: &[f64]) {
+        let (mut next, mut active) = (0, Vec::new());
+        let mut begun: BTreeMap<[usize; 2], f64> = BTreeMap::new();
+        for pair in heights.windows(2) {
+            let [low, high] = [pair[0], pair[1]];
+            while next < self.edges.len() && self.edges[next].from[1] <= low {
+                active.push(next);
+                next += 1;
+            }
+            active.retain(|&edge| self.edges[edge].to[1] > low);
+            let middle = f64::midpoint(low, high);
+            active.sort_by(|&a, &b| self.edges[a].across(middle).total_cmp(&self.edges[b].across(middle)));
+            let spans = self.spans(&active);
+            let ended: Vec<_> =
+                begun.iter().filter(|(edges, _)| !spans.contains(edges)).map(|(edges, from)| (*edges, *from)).collect();
+            for (edges, from) in ended {
+                begun.remove(&edges);
+                self.trapezoids.push((edges, [from, low]));
+            }
+            spans.into_iter().for_each(|edges| _ = begun.entry(edges).or_insert(low));
+        }
+        let end = heights.last().copied().unwrap_or(0.0);
+        self.trapezoids.extend(begun.into_iter().map(|(edges, from)| (edges, [from, end])));
+    }
+
+    /// Pairs of edges between which all is inside, from the left.
+    fn spans(&self, active: &[usize]) -> Vec<[usize; 2]> {
+        let (mut winding, mut left, mut spans) = (0, 0, Vec::new());
+        for &edge in active {
+            if winding == 0 {
+                left = edge;
+            }
+            winding += self.edges[edge].winding;
+            if winding == 0 {
+                spans.push([left, edge]);
+            }
+        }
+        spans
+    }
+
+    /// Counter-clockwise triangles, none without area.
+    pub fn triangles(&self) -> impl Iterator<Item = [Corner; 3]> + '_ {
+        let two = |&([left, right], [low, high]): &([usize; 2], [f64; 2])| {
+            let [left, right] = [left, right].map(|edge| &self.edges[edge]);
+            let [a, b, c, d] = [left.corner(low), right.corner(low), right.corner(high), left.corner(high)];
+            [[a, b, c], [a, c, d]]
+        };
+        let has_area = |corners: &[Corner; 3]| (0..3).all(|i| corners[i].place != corners[(i + 1) % 3].place);
+        self.trapezoids.iter().flat_map(two).filter(has_area)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The area of what an outline of closed rings caps.
+    fn area(rings: &[&[[f64; 2]]]) -> f64 {
+        let edges =
+            rings.iter().flat_map(|ring| (0..ring.len()).map(|i| ([0, 1], [ring[i], ring[(i + 1) % ring.len()]]))).collect();
+        let cap = Cap::of(&Outline { edges });
+        let area = |[a, b, c]: [Corner; 3]| {
+            let [p, q] = [b, c].map(|corner| [corner.place[0] - a.place[0], corner.place[1] - a.place[1]]);
+            let area = 0.5 * (p[0] * q[1] - p[1] * q[0]);
+            assert!(area >= 0.0, "it turns the right way: {area}");
+            area
+        };
+        cap.triangles().map(area).sum()
+    }
+
+    /// Protects: areas of what is convex and what is not, with a hole, of two that overlap and two that touch, whichever way they turn; and that nothing
+    /// is inside of nothing.
+    #[test]
+    fn areas_are_those_of_their_outlines() {
+        let square: &[[f64; 2]] = &[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+        let hole: &[[f64; 2]] = &[[0.5, 0.5], [0.5, 1.5], [1.5, 1.5], [1.5, 0.5]];
+        let arrow: &[[f64; 2]] = &[[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]];
+        let beside: &[[f64; 2]] = &[[1.0, 1.0], [3.0, 1.0], [3.0, 3.0], [1.0, 3.0]];
+        let reversed: Vec<[f64; 2]> = square.iter().rev().copied().collect();
+        let star: Vec<[f64; 2]> = (0..10)
+            .map(|i| (f64::from(i) * 0.2 * core::f64::consts::PI).sin_cos())
+            .zip([1.0, 0.4].into_iter().cycle())
+            .map(|((s, c), r)| [r * c, r * s])
+            .collect();
+        let exact = 5.0 * 0.4 * (0.2 * core::f64::consts::PI).sin();
+        for (rings, expected) in [
+            (&[square][..], 4.0),
+            (&[&reversed], 4.0),
+            (&[square, hole], 3.0),
+            (&[arrow], 8.0),
+            (&[square, beside], 7.0),
+            (&[square, square], 4.0),
+            (&[&star], exact),
+            (&[], 0.0),
+            (&[&[[0.0, 0.0], [1.0, 1.0]]], 0.0),
+        ] {
+            assert!((area(rings) - expected).abs() < 1e-12, "{rings:?}: {} instead of {expected}", area(rings));
+        }
+    }
+}

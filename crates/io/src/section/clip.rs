@@ -1,0 +1,252 @@
+//! A mesh is cut by a plane, triangle by triangle (Sutherland and Hodgman, "Reentrant Polygon Clipping", 1974), and what the cut leaves open is found.
+
+use std::collections::HashMap;
+
+use glam::{DAffine3, DVec3};
+use raywright_core::scene::{MeshData, Positions};
+
+use super::Section;
+use super::cap::{Cap, Corner, Outline};
+
+/// What a plane leaves of a mesh.
+pub(super) enum Cut {
+    /// All of it, as it is.
+    Kept,
+    Gone,
+    /// A part of it.
+    Through(Box<CutMesh>),
+}
+
+/// What is left of a mesh and the cap on it, which may be empty; whether some of the cut has none.
+pub(super) struct CutMesh {
+    pub mesh: MeshData,
+    pub cap: MeshData,
+    pub is_open: bool,
+}
+
+/// A mesh on its way through a cut.
+pub(super) struct MeshCutter<'a> {
+    data: &'a MeshData,
+    /// Of each vertex above the plane, in the world; what is at or below zero is kept.
+    heights: &'a [f64],
+    map: DAffine3,
+    section: &'a Section,
+    out: MeshData,
+    positions: Vec<DVec3>,
+    /// Which point each new vertex is at, whatever else it carries, and whether that lies in the plane.
+    points: Vec<(u32, bool)>,
+    /// New vertices of old ones, and of edges that cross the plane.
+    kept: HashMap<u32, u32>,
+    crossings: HashMap<[u32; 2], u32>,
+    /// Points of old vertices, and of edges between those.
+    welded: Vec<u32>,
+    crossed: HashMap<[u32; 2], u32>,
+    /// Edges of the new triangles in the plane, by their points, with a vertex at each.
+    border: HashMap<[u32; 2], Vec<[u32; 2]>>,
+}
+
+impl<'a> MeshCutter<'a> {
+    pub fn new(data: &'a MeshData, heights: &'a [f64], map: DAffine3, section: &'a Section) -> Self {
+        let mut places = HashMap::new();
+        let welded: Vec<u32> = data
+            .positions
+            .offsets()
+            .iter()
+            .map(|offset| {
+                let next = places.len() as u32;
+                // Zero has two signs.
+                *places.entry(offset.map(|x| (x + 0.0).to_bits())).or_insert(next)
+            })
+            .collect();
+        let uvs = vec![Vec::new(); data.uvs.len()];
+        Self {
+            data,
+            heights,
+            map,
+            section,
+            out: MeshData { uvs, ..MeshData::default() },
+            positions: Vec::new(),
+            points: Vec::new(),
+            kept: HashMap::new(),
+            crossings: HashMap::new(),
+            welded,
+            crossed: HashMap::new(),
+            border: HashMap::new(),
+        }
+    }
+
+    /// What is left.
+    pub fn cut(mut self) -> Cut {
+        let most = self.heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let least = self.heights.iter().copied().fold(f64::INFINITY, f64::min);
+        if most <= 0.0 && (least < 0.0 || self.data.indices.is_empty()) {
+            return Cut::Kept;
+        }
+        if least >= 0.0 && most > 0.0 {
+            return Cut::Gone;
+        }
+        for &triangle in &self.data.indices {
+            self.clip(triangle);
+        }
+        let (outline, is_open) = self.outline();
+        let cap = self.cap(&outline);
+        self.out.positions = self.stored(self.positions.iter().copied());
+        Cut::Through(Box::new(CutMesh { mesh: self.out, cap, is_open }))
+    }
+
+    /// The triangles of the cap, each with corners of its own.
+    fn cap(&self, outline: &Outline) -> MeshData {
+        let at = |corner: Corner| {
+            let [a, b] = corner.vertices.map(|vertex| self.positions[vertex as usize]);
+            a.lerp(b, corner.share)
+        };
+        let corners: Vec<DVec3> = Cap::of(outline).triangles().flatten().map(at).collect();
+        // Triangles turn the other way where the other side is kept, or the map mirrors.
+        let is_reversed = self.section.keeps_above != (self.map.matrix3.determinant() < 0.0);
+        let triangle = |k: u32| if is_reversed { [3 * k, 3 * k + 2, 3 * k + 1] } else { [3 * k, 3 * k + 1, 3 * k + 2] };
+        let indices = (0..corners.len() as u32 / 3).map(triangle).collect();
+        MeshData { positions: self.stored(corners.into_iter()), indices, is_cap: true, ..MeshData::default() }
+    }
+
+    /// Positions as they are stored, about the origin of the mesh.
+    fn stored(&self, points: impl Iterator<Item = DVec3>) -> Positions {
+        let origin = self.data.positions.origin();
+        let mut positions = Positions::about(origin);
+        positions.extend(points.map(|point| (point - origin).as_vec3().to_array()));
+        positions
+    }
+
+    /// Adds what is left of a triangle.
+    fn clip(&mut self, triangle: [u32; 3]) {
+        let heights = triangle.map(|vertex| self.heights[vertex as usize]);
+        // A face in the plane is the border of what lies on the side to which it does not face.
+        if heights == [0.0; 3] && !self.faces_out(triangle) {
+            return;
+        }
+        let mut corners = Vec::with_capacity(4);
+        for i in 0..3 {
+            let ([from, to], [a, b]) = ([triangle[i], triangle[(i + 1) % 3]], [heights[i], heights[(i + 1) % 3]]);
+            if a <= 0.0 {
+                corners.push(self.keep(from));
+            }
+            if a * b < 0.0 {
+                corners.push(self.cross(from, to));
+            }
+        }
+        if corners.len() < 3 {
+            return;
+        }
+        self.out.indices.extend((2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]]));
+        for i in 0..corners.len() {
+            let edge = [corners[i], corners[(i + 1) % corners.len()]];
+            let [(from, a), (to, b)] = edge.map(|vertex| self.points[vertex as usize]);
+            if a && b && from != to {
+                self.border.entry([from, to]).or_default().push(edge);
+            }
+        }
+    }
+
+    /// Whether the outside of a triangle in the plane is the side that is cut away.
+    fn faces_out(&self, triangle: [u32; 3]) -> bool {
+        let [a, b, c] = triangle.map(|vertex| self.data.positions.at(vertex as usize));
+        let normal = self.map.matrix3.inverse().transpose() * (b - a).cross(c - a);
+        self.section.sign() * normal[self.section.axis] > 0.0
+    }
+
+    /// An old vertex among the new ones.
+    fn keep(&mut self, vertex: u32) -> u32 {
+        if let Some(&known) = self.kept.get(&vertex) {
+            return known;
+        }
+        let new = self.push_between([vertex; 2], 0.0, self.welded[vertex as usize], self.heights[vertex as usize] == 0.0);
+        self.kept.insert(vertex, new);
+        new
+    }
+
+    /// The vertex where an edge crosses the plane: one for both directions, at a point that is one for all edges between its ends.
+    fn cross(&mut self, from: u32, to: u32) -> u32 {
+        // In one order, so that the point has the same bits from both sides.
+        let [a, b] = if self.welded[from as usize] < self.welded[to as usize] { [from, to] } else { [to, from] };
+        if let Some(&known) = self.crossings.get(&[a, b]) {
+            return known;
+        }
+        let next = (self.welded.len() + self.crossed.len()) as u32;
+        let point = *self.crossed.entry([a, b].map(|vertex| self.welded[vertex as usize])).or_insert(next);
+        let [low, high] = [a, b].map(|vertex| self.heights[vertex as usize]);
+        let new = self.push_between([a, b], low / (low - high), point, true);
+        self.crossings.insert([a, b], new);
+        new
+    }
+
+    /// Adds a vertex between two old ones.
+    fn push_between(&mut self, [a, b]: [u32; 2], share: f64, point: u32, in_plane: bool) -> u32 {
+        let [a, b] = [a, b].map(|vertex| vertex as usize);
+        let MeshData { positions, normals, tangents, uvs, colours, .. } = self.data;
+        self.positions.push(positions.at(a).lerp(positions.at(b), share));
+        self.out.normals.extend((!normals.is_empty()).then(|| between(normals[a], normals[b], share)));
+        self.out.tangents.extend((!tangents.is_empty()).then(|| tangent_between(tangents[a], tangents[b], share)));
+        self.out.colours.extend((!colours.is_empty()).then(|| between(colours[a], colours[b], share)));
+        for (out, set) in self.out.uvs.iter_mut().zip(uvs) {
+            out.extend((!set.is_empty()).then(|| between(set[a], set[b], share)));
+        }
+        self.points.push((point, in_plane));
+        self.points.len() as u32 - 1
+    }
+
+    /// The edges of what the cut leaves open, as they bound the cap, and whether some of them don't close.
+    fn outline(&self) -> (Outline, bool) {
+        let mut edges: Vec<([u32; 2], [u32; 2])> = Vec::new();
+        for (points, of) in &self.border {
+            let opposite = self.border.get(&[points[1], points[0]]).map_or(0, Vec::len);
+            edges.extend(of.iter().skip(opposite).map(|&[from, to]| ([points[1], points[0]], [to, from])));
+        }
+        // The order of a table is not that of another run.
+        edges.sort_unstable();
+        let closed = closed_parts(edges.iter().map(|(points, _)| *points));
+        let all = edges.len();
+        let axes = [1, 2].map(|k| (self.section.axis + k) % 3);
+        let flat = |vertex: u32| {
+            let point = self.map.transform_point3(self.positions[vertex as usize]);
+            axes.map(|axis| point[axis])
+        };
+        let edges: Vec<_> =
+            edges.iter().filter(|(points, _)| closed(points[0])).map(|&(_, edge)| (edge, edge.map(flat))).collect();
+        let is_open = edges.len() < all;
+        (Outline { edges }, is_open)
+    }
+}
+
+/// Tells of points whether the part of the directed edges that they lie on leaves each of its points as often as it comes there.
+fn closed_parts(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -> bool {
+    let mut parents: HashMap<u32, u32> = HashMap::new();
+    fn root(parents: &mut HashMap<u32, u32>, point: u32) -> u32 {
+        let mut at = point;
+        while let Some(&parent) = parents.get(&at).filter(|parent| **parent != at) {
+            at = parent;
+        }
+        // So that no chain becomes long.
+        parents.insert(point, at);
+        at
+    }
+    let mut balance: HashMap<u32, i32> = HashMap::new();
+    for [from, to] in edges.clone() {
+        let [a, b] = [from, to].map(|point| root(&mut parents, point));
+        parents.insert(a, b);
+        *balance.entry(from).or_default() += 1;
+        *balance.entry(to).or_default() -= 1;
+    }
+    let roots: HashMap<u32, u32> = balance.keys().map(|&point| (point, root(&mut parents, point))).collect();
+    let open: std::collections::HashSet<u32> =
+        balance.iter().filter(|(_, balance)| **balance != 0).filter_map(|(point, _)| roots.get(point).copied()).collect();
+    move |point| roots.get(&point).is_some_and(|root| !open.contains(root))
+}
+
+fn between<const N: usize>(a: [f32; N], b: [f32; N], share: f64) -> [f32; N] {
+    core::array::from_fn(|i| (f64::from(a[i]) + share * (f64::from(b[i]) - f64::from(a[i]))) as f32)
+}
+
+/// A sign has nothing between.
+fn tangent_between(a: [f32; 4], b: [f32; 4], share: f64) -> [f32; 4] {
+    let [x, y, z, _] = between(a, b, share);
+    [x, y, z, a[3]]
+}
