@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
 fn main() -> io::Result<()> {
-    let scenes = Path::new(&env::var("CARGO_MANIFEST_DIR").map_err(io::Error::other)?).join("../../scenes");
+    // A package holds a copy where a checkout has a link, which is a plain file on a system without links.
+    let manifest = PathBuf::from(env::var("CARGO_MANIFEST_DIR").map_err(io::Error::other)?);
+    let inside = manifest.join("scenes");
+    let scenes = if inside.is_dir() { inside.canonicalize()? } else { manifest.join("../../scenes") };
     // Cargo looks at everything inside a folder, so that added and deleted files count as changes.
     println!("cargo::rerun-if-changed={}", scenes.display());
     println!("cargo::rerun-if-changed=build.rs");
