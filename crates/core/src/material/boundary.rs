@@ -60,26 +60,42 @@ fn place_of(index: f64) -> f64 {
     of(index) / of(MOST_INDEX)
 }
 
-/// What a table of such steps has for an index, a roughness and a cosine; without one the mean.
-fn look_up(
-    [indices, roughnesses, cosines]: [usize; 3],
-    index: f64,
-    roughness: f64,
-    cosine: Option<f64>,
-    entry: impl Fn(usize) -> f64,
-) -> f64 {
-    let least = LEAST_ROUGHNESS.sqrt();
-    let (i, u) = between(place_of(index), indices);
-    let (j, v) = between((roughness.sqrt() - least) / (1.0 - least), roughnesses);
-    let row = |i: usize, j: usize| {
-        let first = (i * roughnesses + j) * (cosines + 1);
-        let Some(cosine) = cosine else { return entry(first + cosines) };
-        let (k, w) = between(cosine.max(0.0).sqrt().sqrt(), cosines);
-        let [below, above] = [first + k, first + k + 1].map(&entry);
-        below + (above - below) * w
-    };
-    let mix = |a: f64, b: f64, share: f64| a + (b - a) * share;
-    mix(mix(row(i, j), row(i, j + 1), v), mix(row(i + 1, j), row(i + 1, j + 1), v), u)
+/// Cell of a table around an index, a roughness and a cosine.
+struct Cell {
+    /// Entry of the least index, roughness and cosine of it.
+    first: usize,
+    /// From an entry to that of the next roughness, and to that of the next index.
+    strides: [usize; 2],
+    /// How far along the cell the index, the roughness and the cosine are; no cosine in the mean over all.
+    shares: [f64; 2],
+    along: Option<f64>,
+}
+
+impl Cell {
+    /// Of a table of such steps; without a cosine of its means.
+    #[inline(always)]
+    fn new([indices, roughnesses, cosines]: [usize; 3], index: f64, roughness: f64, cosine: Option<f64>) -> Self {
+        let least = LEAST_ROUGHNESS.sqrt();
+        let (i, u) = between(place_of(index), indices);
+        let (j, v) = between((roughness.sqrt() - least) / (1.0 - least), roughnesses);
+        let stride = cosines + 1;
+        let (k, along) = cosine.map_or((cosines, None), |cosine| {
+            let (k, w) = between(cosine.max(0.0).sqrt().sqrt(), cosines);
+            (k, Some(w))
+        });
+        Self { first: (i * roughnesses + j) * stride + k, strides: [stride, roughnesses * stride], shares: [u, v], along }
+    }
+
+    /// Value of a table in it.
+    #[inline(always)]
+    fn value(&self, table: &[u16]) -> f64 {
+        let entry = |place: usize| f64::from(table[place]) / UNIT;
+        let mix = |a: f64, b: f64, share: f64| a + (b - a) * share;
+        let row = |place: usize| self.along.map_or_else(|| entry(place), |w| mix(entry(place), entry(place + 1), w));
+        let ([u, v], [rougher, denser]) = (self.shares, self.strides);
+        let column = |place: usize| mix(row(place), row(place + rougher), v);
+        mix(column(self.first), column(self.first + denser), u)
+    }
 }
 
 /// Share that facets of an index, at least one, reflect of light from the thin side, by Fresnel's equations; in the mean where no cosine is given.
@@ -87,17 +103,16 @@ pub(super) fn reflected(index: f64, roughness: f64, cosine: Option<f64>) -> f64 
     if roughness <= LEAST_ROUGHNESS {
         return cosine.map_or_else(|| mean_reflectance(index), |cosine| dielectric_in_air(cosine, index));
     }
-    look_up(REFLECTED, index, roughness, cosine, |place| f64::from(TABLE.reflected[place]) / UNIT)
+    Cell::new(REFLECTED, index, roughness, cosine).value(&TABLE.reflected)
 }
 
 /// Shares that facets lose: by Fresnel's equations, and where they let through all that they can. `eta` is the index on the side that light comes
 /// from over the other.
 pub(super) fn lost(eta: f64, roughness: f64, cosine: Option<f64>) -> [f64; 2] {
     let (side, index) = if eta > 1.0 { (1, eta) } else { (0, 1.0 / eta) };
-    [0, 1].map(|which| {
-        let from = (2 * side + which) * places(LOST);
-        look_up(LOST, index, roughness, cosine, |place| f64::from(TABLE.lost[from + place]) / UNIT)
-    })
+    let cell = Cell::new(LOST, index, roughness, cosine);
+    let (tables, _) = TABLE.lost.as_chunks::<{ places(LOST) }>();
+    [0, 1].map(|which| cell.value(&tables[2 * side + which]))
 }
 
 /// Reflectance of a smooth boundary of an index, at least one, in the mean over the hemisphere on its thin side, by the cosine (Duntley 1942).
