@@ -17,6 +17,8 @@ pub const MOST_CLIPPED: f64 = 0.1;
 
 /// Pixels that are looked at.
 const LOOKED_AT: usize = 1 << 14;
+/// Least code that may be clipped.
+const BRIGHT: u8 = 240;
 /// Stops that are tried, up or down.
 const STOPS: i32 = 12;
 
@@ -50,7 +52,10 @@ impl Display {
         let (mut clipped, mut black) = (0, 0);
         for &colour in colours {
             let codes = map.codes(colour);
-            clipped += usize::from(codes.contains(&255) || is_spent(codes, map.codes(colour.map(|channel| 2.0 * channel))));
+            // Twice the light is asked for only where it may look the same.
+            let bright = codes.iter().any(|&code| code >= BRIGHT);
+            let spent = || is_spent(codes, map.codes(colour.map(|channel| 2.0 * channel)));
+            clipped += usize::from(bright && (codes.contains(&255) || spent()));
             black += usize::from(codes == [0; 3] && colour.iter().any(|&channel| channel > 0.0));
         }
         let [clipped, black] = [clipped, black].map(|count| count as f64 / colours.len().max(1) as f64);
@@ -60,7 +65,6 @@ impl Display {
 
 /// Whether a bright channel shows twice its light by almost the same code: tone maps come near to the greatest one and never reach it.
 fn is_spent(codes: [u8; 3], doubled: [u8; 3]) -> bool {
-    const BRIGHT: u8 = 240;
     const SAME: u8 = 3;
     codes.iter().zip(doubled).any(|(&code, doubled)| code >= BRIGHT && code.abs_diff(doubled) < SAME)
 }
