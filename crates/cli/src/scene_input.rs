@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use raywright_core::Observer;
 use raywright_core::suggest::closest;
-use raywright_core::{Settings, extent};
+use raywright_core::{Rendered, Settings, extent};
 use raywright_io::{
     Error, ErrorKind, Format, Input, LightShortage, Limits, LoadOptions, Loaded, WarningCode, load_observed, models_in, presets,
 };
@@ -99,6 +99,21 @@ pub fn nothing_to_see(loaded: &Loaded) -> Option<Failure> {
         _ => "it has no object",
     };
     Some(empty(&loaded.source.name, why))
+}
+
+/// Why a picture shows the background alone, where it does, which is seldom what was meant.
+pub fn nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings) -> Option<String> {
+    let bounds = extent(&loaded.scene, settings.precision).bounds;
+    // Rays that ended too early met much.
+    if rendered.counters.met > 0 || rendered.counters.cut_short > 0 || bounds.is_empty() {
+        return None;
+    }
+    let show = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
+    Some(format!(
+        "no camera ray met anything: the scene lies between {} and {}; turn the camera there with --eye and --target",
+        show(bounds.min.to_array()),
+        show(bounds.max.to_array())
+    ))
 }
 
 /// The failure of a picture without anything in it.

@@ -89,3 +89,18 @@ fn missing_files_that_come_are_noticed() {
     std::fs::remove_file(desk.path("models/red.png")).expect("a file");
     assert_eq!(lines(&desk, &["--size", "16"]), ["new  out/a.obj.png"]);
 }
+
+/// Protects: a picture that would be white all over is darkened, and one that would show nothing is a failure.
+#[test]
+fn thumbnails_show_something() {
+    let desk = Desk::new();
+    std::fs::create_dir_all(desk.path("models")).expect("a folder");
+    desk.write("models/bright.obj", "mtllib a.mtl\nusemtl m\n".to_owned() + SQUARE);
+    desk.write("models/a.mtl", "newmtl m\nKd 0.5 0.5 0.5\nKe 40 30 20\n");
+    lines(&desk, &["--size", "16"]);
+    let codes = |[r, _, b]: [f32; 3]| r > b && r < 1.0;
+    assert!(desk.picture("out/bright.obj.png").rgb.into_iter().any(codes), "the lamp's colour");
+    desk.write("models/point.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
+    desk.run(&["thumbs", "models", "-o", "out", "--size", "16"]).exits_with(3).says_like("no camera ray met anything");
+    assert!(!desk.path("out/point.obj.png").exists());
+}

@@ -180,6 +180,9 @@ fn render(loaded: &Loaded, size: u32, picture: &Path, (threads, stop): (&Threads
     if !rendered.finished {
         return Err(Failure::new(Exit::Interrupted, "interrupted"));
     }
+    if let Some(why) = scene_input::nothing_met(loaded, &rendered, &settings) {
+        return Err(scene_input::empty(&loaded.source.name, why));
+    }
     let metadata = Metadata {
         software: origin::SOFTWARE.to_owned(),
         command: origin::command_line(),
@@ -187,7 +190,9 @@ fn render(loaded: &Loaded, size: u32, picture: &Path, (threads, stop): (&Threads
         ..Metadata::default()
     };
     make_folder(picture)?;
-    Ok(write_png(picture, rendered.shown(), Display::of(&loaded.scene.render), &metadata)?)
+    // Nobody is there to choose another exposure.
+    let display = Display::of(&loaded.scene.render).suited_to(rendered.shown());
+    Ok(write_png(picture, rendered.shown(), display, &metadata)?)
 }
 
 /// Makes the folder of a file.

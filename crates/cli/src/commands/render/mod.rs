@@ -25,9 +25,9 @@ use crate::clock::Clock;
 use crate::console;
 use crate::failure::Failure;
 use crate::notes::Notes;
-use crate::origin;
 use crate::plan::{Plan, Task};
 use crate::targets::{Outputs, Target};
+use crate::{origin, scene_input};
 use film::Session;
 use live::Onlookers;
 pub use series::run;
@@ -95,7 +95,7 @@ fn note_prepared(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes:
 
 /// What a picture itself tells.
 fn note_rendered(loaded: &Loaded, rendered: &Rendered, plan: &Plan, targets: &[Target], notes: &mut Notes) {
-    if let Some(why) = tell::nothing_met(loaded, rendered, &plan.settings) {
+    if let Some(why) = scene_input::nothing_met(loaded, rendered, &plan.settings) {
         notes.warn(why);
     }
     tell::note_exposure(rendered, plan, targets, notes);

@@ -61,7 +61,7 @@ pub fn render(mut loaded: Loaded, task: &Task, command: String, observer: &dyn O
     if observer.cancelled() {
         return Err(Failure::new(Exit::Interrupted, NOTHING_KEPT));
     }
-    if let Some(why) = tell::nothing_met(&loaded, &rendered, &plan.settings).filter(|_| task.refuses_empty()) {
+    if let Some(why) = scene_input::nothing_met(&loaded, &rendered, &plan.settings).filter(|_| task.refuses_empty()) {
         return Err(scene_input::empty(&loaded.source.name, why).with_hint(ALLOW_EMPTY));
     }
     if plan.is_exposed {

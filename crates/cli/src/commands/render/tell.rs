@@ -8,7 +8,7 @@ use raywright_core::film::{Doubt, Estimate, Film, Uncertainty};
 use raywright_core::prepare::{ClosedGap, Lamp, LightLeak, ShutAway};
 use raywright_core::scene::Shape;
 use raywright_core::settings::{PrecisionChoice, Settings};
-use raywright_core::{Ready, Rendered, extent};
+use raywright_core::{Ready, Rendered};
 use raywright_io::{Loaded, Warning, WarningCode};
 
 use crate::clock::{Seconds, spoken};
@@ -145,21 +145,6 @@ pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
         counters.losses().map(|loss| Warning { code: WarningCode::Samples, message: message(loss) }).collect();
     warnings.iter().for_each(|warning| notes.warn(&warning.message));
     warnings
-}
-
-/// Why a picture shows the background alone, where it does, which is seldom what was meant.
-pub(super) fn nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings) -> Option<String> {
-    let bounds = extent(&loaded.scene, settings.precision).bounds;
-    // Rays that ended too early met much.
-    if rendered.counters.met > 0 || rendered.counters.cut_short > 0 || bounds.is_empty() {
-        return None;
-    }
-    let show = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
-    Some(format!(
-        "no camera ray met anything: the scene lies between {} and {}; turn the camera there with --eye and --target",
-        show(bounds.min.to_array()),
-        show(bounds.max.to_array())
-    ))
 }
 
 /// What to try where more than a tenth of the pixels of a display picture is clipped, or black that is not so in the scene: the exposure

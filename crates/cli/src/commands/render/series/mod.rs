@@ -380,7 +380,7 @@ impl<'a> Series<'a> {
 
     /// Refuses a picture that shows nothing before it is written, where it is the only one of its scene.
     fn refuse_empty(&mut self, loaded: &Loaded, rendered: &Rendered, plan: &Plan) -> Result<(), Failure> {
-        let why = tell::nothing_met(loaded, rendered, &plan.settings);
+        let why = scene_input::nothing_met(loaded, rendered, &plan.settings);
         self.shows |= why.is_none();
         match why.filter(|_| self.task.shots.len() == 1 && self.task.refuses_empty()) {
             Some(why) => Err(scene_input::empty(&loaded.source.name, why).with_hint(ALLOW_EMPTY)),
