@@ -260,9 +260,13 @@ fn each_view_has_a_picture() {
         if scene == "preset:whitted" && !crate::support::carried("whitted") {
             continue;
         }
+        let began = Instant::now();
         let viewer = Viewer::start(&desk, &[scene, "--size", size]);
+        let sketched = began.elapsed().as_millis();
         let Some(mut page) = Browser::open(&desk, &viewer.address()) else { return };
         page.until("document.body?.dataset.picture > 0");
+        let first = page.eval("document.body.dataset.first");
+        eprintln!("{scene} {size}: sketched {sketched} ms after the program began, shown {first} ms after its page did");
         let mut times: Vec<f64> = Vec::new();
         for turn in 0..20 {
             page.eval("delete document.body.dataset.latency");

@@ -72,6 +72,7 @@ async function draw() {
   context.clearRect(0, 0, across, down);
   context.drawImage(bitmap, 0, 0, width * edge, height * edge);
   Object.assign(document.body.dataset, { picture: number, edge });
+  document.body.dataset.first ??= performance.now().toFixed(0);
   if (status.wish >= sent.wish && sent.at) {
     document.body.dataset.latency = (performance.now() - sent.at).toFixed(0);
     sent.at = 0;
@@ -99,7 +100,8 @@ function showFailure(text) {
   $("failure").textContent = text ?? "";
 }
 
-const digits = (x, n = 3) => x === 0 ? "0" : Number(x.toPrecision(n)).toString();
+// What has no end is null in JSON.
+const digits = (x, n = 3) => x === null ? "∞" : x === 0 ? "0" : Number(x.toPrecision(n)).toString();
 const count = n => n >= 1e6 ? `${(n / 1e6).toFixed(1)} million` : Math.round(n).toLocaleString("en");
 const time = s => s < 1 ? `${Math.round(1000 * s)} ms` : s < 100 ? `${s.toFixed(1)} s` : `${Math.floor(s / 60)} min ${Math.round(s % 60)} s`;
 
@@ -143,8 +145,9 @@ function chart(history, goal) {
   for (let e = 0; e <= most; e += most < 2 * step ? step / 2 : most < 5 * step ? step : 2 * step) {
     marks.push([path([[left, y(e)], [right, y(e)]]), 2, y(e) + 3, digits(e, 2)]);
   }
-  for (const n of new Set([Math.min(...samples), Math.max(...samples)])) marks.push(["", x(n) - (x(n) > 200 ? 34 : 0), 146, `${n} spp`]);
-  $("ticks").replaceChildren(...marks.flatMap(([d, at, up, text]) => [vector("path", { d }), vector("text", { x: at, y: up }, text)]));
+  for (const n of new Set([Math.min(...samples), Math.max(...samples)])) marks.push(["", x(n), 146, `${n} spp`, x(n) > 200 ? "end" : "start"]);
+  $("ticks").replaceChildren(...marks.flatMap(([d, x, y, text, side = "start"]) =>
+    [vector("path", { d }), vector("text", { x, y, "text-anchor": side }, text)]));
 }
 
 function element(name, attributes = {}, ...children) {
@@ -367,7 +370,7 @@ for (const name of ["spp", "max-error"]) {
 $("measure").addEventListener("click", () => fetch("measure", { method: "POST" }));
 
 let playing = false, moment = 0;
-$("at").addEventListener("input", () => { put("at", $("at").value); wish(); });
+$("at").addEventListener("input", () => showMoment($("at").value));
 $("play").addEventListener("click", () => {
   playing = !playing;
   $("play").setAttribute("aria-pressed", playing);
@@ -381,8 +384,14 @@ function advance() {
   const now = performance.now(), seconds = Number($("at").max);
   $("at").value = (Number($("at").value) + (now - moment) / 1000) % seconds;
   moment = now;
-  put("at", $("at").value);
-  wish();
+  showMoment($("at").value);
+}
+
+/** Another moment, from where the camera is: a model that is shown whole would be framed anew with each of its movements. */
+function showMoment(at) {
+  put("at", at);
+  if (camera && !status.scene.cameras.length && valueOf("view") === undefined && valueOf("eye") === undefined) move(camera.eye, camera.target);
+  else wish();
 }
 
 $("copy").addEventListener("click", async () => {

@@ -11,7 +11,7 @@ use super::shared::Shared;
 use super::status::Progress;
 
 /// How long the first sketch may take, about, of the tenth of a second in which it is to be there.
-const SKETCH: f64 = 0.045;
+const SKETCH: f64 = 0.03;
 /// Pixels of a sketch that are rendered in a second, before any is known.
 const FIRST_GUESS: f64 = 300_000.0;
 /// Largest pixels of a sketch.

@@ -103,7 +103,7 @@ impl Worker {
     /// Says what is wrong over the last picture.
     fn try_to(&mut self, what: impl FnOnce(&mut Self) -> Result<(), Failure>) {
         if let Err(failure) = what(self) {
-            self.failure = Some(failure.message);
+            (self.failure, self.said) = (Some(failure.message), String::new());
             self.show(None);
         }
     }
