@@ -125,7 +125,7 @@ def main():
             if run.returncode != 0:
                 other.append((path, f"exit code {run.returncode}"))
                 continue
-            subprocess.run(base + ["--spp", "4", "--background", "transparent", "-q", "-o", str(covered)], check=True)
+            subprocess.run(base + ["--spp", "4", "--background", "transparent", "--ground", "none", "-q", "-o", str(covered)], check=True)
             picture = read_png(shown)
             numbers = measure(picture, read_png(covered))
             if numbers is None:
