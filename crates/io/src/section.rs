@@ -8,6 +8,7 @@ mod clip;
 
 use core::fmt;
 use core::str::FromStr;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -79,8 +80,9 @@ const SAME: f64 = 2.5e-7;
 
 /// Cuts a scene. `name` is what warnings call it.
 pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warning> {
-    let range = extent(scene, section.axis);
-    let Some([least, most]) = range else { return not_cut(scene, name).into_iter().collect() };
+    let meshes = meshes_of(scene);
+    let mut warnings: Vec<Warning> = not_cut(scene, &meshes, name).into_iter().collect();
+    let Some([least, most]) = extent(scene, &meshes, section.axis) else { return warnings };
     let plane = match section.position {
         Position::Coordinate(at) => at,
         Position::Share(share) => least + share * (most - least),
@@ -90,10 +92,9 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
         let height = section.sign() * (point[section.axis] - plane);
         if height.abs() <= tolerance { 0.0 } else { height }
     };
-    let mut warnings: Vec<Warning> = not_cut(scene, name).into_iter().collect();
-    let (mut kept, mut open) = (Vec::new(), 0);
-    for mut object in core::mem::take(&mut scene.objects) {
-        let Some(data) = data_of(scene, &object) else {
+    let (mut kept, mut open, mut materials) = (Vec::new(), 0, CapMaterials::of(scene));
+    for (mut object, data) in core::mem::take(&mut scene.objects).into_iter().zip(meshes) {
+        let Some(data) = data else {
             kept.push(object);
             continue;
         };
@@ -110,7 +111,7 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
                     open += 1;
                 }
                 if !cap.indices.is_empty() {
-                    let (shape, material) = (shape_of(scene, &object, cap), cap_material(scene, &object.material));
+                    let (shape, material) = (shape_of(scene, &object, cap), materials.add(scene, &object.material));
                     kept.push(Object { shape, material, ..object.clone() });
                 }
                 object.shape = shape_of(scene, &object, mesh);
@@ -142,40 +143,59 @@ fn shape_of(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
     Shape::Mesh(name)
 }
 
-/// What a cap is made of: what its body is, or grey clay where images or vertices say that, which a cap has none of.
-fn cap_material(scene: &mut Scene, name: &str) -> String {
-    let Some(own) = scene.materials.iter().find(|material| material.name == name) else { return name.to_owned() };
-    let varies = own.textures().next().is_some() || matches!(&own.model, Model::Physical(model) if model.vertex_colours);
-    if !varies {
-        return name.to_owned();
-    }
-    let grey = format!("{name} (cap)");
-    if !scene.materials.iter().any(|material| material.name == grey) {
-        scene.materials.push(Material { name: grey.clone(), model: clay::model() });
-    }
-    grey
+/// What caps are made of: what their bodies are, or grey clay where images or vertices say that, which a cap has none of.
+struct CapMaterials {
+    /// Whether the material of a name is such a one, for those that there were before the cut.
+    varies: HashMap<String, bool>,
 }
 
-/// The mesh of an object that is cut; none of what moves and of other shapes.
-fn data_of(scene: &Scene, object: &Object) -> Option<Arc<MeshData>> {
-    let Shape::Mesh(name) = &object.shape else { return None };
-    let mesh = scene.meshes.iter().find(|mesh| mesh.name == *name).filter(|_| object.transform_end.is_none())?;
-    if let MeshSource::Inline(data) = &mesh.source { Some(Arc::clone(data)) } else { None }
+impl CapMaterials {
+    fn of(scene: &Scene) -> Self {
+        let varies = |material: &Material| {
+            let is_coloured = matches!(&material.model, Model::Physical(model) if model.vertex_colours);
+            (material.name.clone(), is_coloured || material.textures().next().is_some())
+        };
+        Self { varies: scene.materials.iter().map(varies).collect() }
+    }
+
+    /// The name of the material of a cap, which is added where it is new.
+    fn add(&mut self, scene: &mut Scene, body: &str) -> String {
+        if self.varies.get(body) != Some(&true) {
+            return body.to_owned();
+        }
+        let grey = format!("{body} (cap)");
+        if self.varies.insert(grey.clone(), false).is_none() {
+            scene.materials.push(Material { name: grey.clone(), model: clay::model() });
+        }
+        grey
+    }
+}
+
+/// The mesh of each object that is cut; none of what moves and of other shapes.
+fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
+    let inline = |mesh: &Mesh| if let MeshSource::Inline(data) = &mesh.source { Some(Arc::clone(data)) } else { None };
+    // The first one of a name counts.
+    let by_name: HashMap<&str, &Mesh> = scene.meshes.iter().rev().map(|mesh| (mesh.name.as_str(), mesh)).collect();
+    let of = |object: &Object| {
+        let Shape::Mesh(name) = &object.shape else { return None };
+        by_name.get(name.as_str()).filter(|_| object.transform_end.is_none()).and_then(|mesh| inline(mesh))
+    };
+    scene.objects.iter().map(of).collect()
 }
 
 /// Least and greatest coordinate of all that is cut; none where nothing is.
-fn extent(scene: &Scene, axis: usize) -> Option<[f64; 2]> {
-    let along = |object: &Object| {
-        let (data, map) = (data_of(scene, object)?, affine(&object.transform));
+fn extent(scene: &Scene, meshes: &[Option<Arc<MeshData>>], axis: usize) -> Option<[f64; 2]> {
+    let along = |(object, data): (&Object, &Option<Arc<MeshData>>)| {
+        let (data, map) = (data.as_ref()?, affine(&object.transform));
         let coordinates = data.positions.iter().map(|point| map.transform_point3(point)[axis]);
         coordinates.fold(None, |range, x| Some(range.map_or([x; 2], |[least, most]: [f64; 2]| [least.min(x), most.max(x)])))
     };
-    scene.objects.iter().filter_map(along).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+    scene.objects.iter().zip(meshes).filter_map(along).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
 }
 
 /// A warning of what is not cut.
-fn not_cut(scene: &Scene, name: &str) -> Option<Warning> {
-    let count = scene.objects.iter().filter(|object| data_of(scene, object).is_none()).count() + scene.generators.len();
+fn not_cut(scene: &Scene, meshes: &[Option<Arc<MeshData>>], name: &str) -> Option<Warning> {
+    let count = meshes.iter().filter(|mesh| mesh.is_none()).count() + scene.generators.len();
     let message = format!("{count} objects are not cut by the section: only triangle meshes are that stand still");
     (count > 0).then(|| Warning::new(WarningCode::Section, name, message))
 }

@@ -1,7 +1,7 @@
 //! The area inside an outline in a plane, as triangles: trapezoids between the edges that a line sweeps over, from vertex to vertex. What winds around
 //! a point any way but not at all is inside, so that bodies that overlap are one, and an inner wall bounds a hole.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Directed edges that close: vertices at their ends, and where these lie.
 pub(super) struct Outline {
@@ -10,7 +10,7 @@ pub(super) struct Outline {
 
 /// A corner of the cap: between two vertices of an edge, at a share of the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Corner {
+pub(super) struct CapCorner {
     pub vertices: [u32; 2],
     pub share: f64,
     place: [f64; 2],
@@ -34,13 +34,13 @@ impl Rising {
         self.from[0] + self.share(height) * (self.to[0] - self.from[0])
     }
 
-    fn corner(&self, height: f64) -> Corner {
+    fn corner(&self, height: f64) -> CapCorner {
         let place = match height {
             at if at == self.from[1] => self.from,
             at if at == self.to[1] => self.to,
             at => [self.across(at), at],
         };
-        Corner { vertices: self.vertices, share: self.share(height), place }
+        CapCorner { vertices: self.vertices, share: self.share(height), place }
     }
 }
 
@@ -71,7 +71,8 @@ impl Cap {
         cap
     }
 
-    /// From height to height: trapezoids between two edges go on as long as these are neighbours.
+    /// From height to height: trapezoids between two edges go on as long as these are neighbours. It takes time by the edges times those beside each
+    /// other at a height: of n edges of a body that is the root of n, and n where all of them are side by side, as a comb's teeth.
     fn sweep(&mut self, heights: &[f64]) {
         let (mut next, mut active) = (0, Vec::new());
         let mut begun: BTreeMap<[usize; 2], f64> = BTreeMap::new();
@@ -86,7 +87,7 @@ impl Cap {
             active.sort_by(|&a, &b| self.edges[a].across(middle).total_cmp(&self.edges[b].across(middle)));
             let spans = self.spans(&active);
             let ended: Vec<_> =
-                begun.iter().filter(|(edges, _)| !spans.contains(edges)).map(|(edges, from)| (*edges, *from)).collect();
+                begun.iter().filter(|(edges, _)| !spans.contains(*edges)).map(|(edges, from)| (*edges, *from)).collect();
             for (edges, from) in ended {
                 begun.remove(&edges);
                 self.trapezoids.push((edges, [from, low]));
@@ -98,28 +99,28 @@ impl Cap {
     }
 
     /// Pairs of edges between which all is inside, from the left.
-    fn spans(&self, active: &[usize]) -> Vec<[usize; 2]> {
-        let (mut winding, mut left, mut spans) = (0, 0, Vec::new());
+    fn spans(&self, active: &[usize]) -> BTreeSet<[usize; 2]> {
+        let (mut winding, mut left, mut spans) = (0, 0, BTreeSet::new());
         for &edge in active {
             if winding == 0 {
                 left = edge;
             }
             winding += self.edges[edge].winding;
             if winding == 0 {
-                spans.push([left, edge]);
+                spans.insert([left, edge]);
             }
         }
         spans
     }
 
     /// Counter-clockwise triangles, none without area.
-    pub fn triangles(&self) -> impl Iterator<Item = [Corner; 3]> + '_ {
+    pub fn triangles(&self) -> impl Iterator<Item = [CapCorner; 3]> + '_ {
         let two = |&([left, right], [low, high]): &([usize; 2], [f64; 2])| {
             let [left, right] = [left, right].map(|edge| &self.edges[edge]);
             let [a, b, c, d] = [left.corner(low), right.corner(low), right.corner(high), left.corner(high)];
             [[a, b, c], [a, c, d]]
         };
-        let has_area = |corners: &[Corner; 3]| (0..3).all(|i| corners[i].place != corners[(i + 1) % 3].place);
+        let has_area = |corners: &[CapCorner; 3]| (0..3).all(|i| corners[i].place != corners[(i + 1) % 3].place);
         self.trapezoids.iter().flat_map(two).filter(has_area)
     }
 }
@@ -133,7 +134,7 @@ mod tests {
         let edges =
             rings.iter().flat_map(|ring| (0..ring.len()).map(|i| ([0, 1], [ring[i], ring[(i + 1) % ring.len()]]))).collect();
         let cap = Cap::of(&Outline { edges });
-        let area = |[a, b, c]: [Corner; 3]| {
+        let area = |[a, b, c]: [CapCorner; 3]| {
             let [p, q] = [b, c].map(|corner| [corner.place[0] - a.place[0], corner.place[1] - a.place[1]]);
             let area = 0.5 * (p[0] * q[1] - p[1] * q[0]);
             assert!(area >= 0.0, "it turns the right way: {area}");

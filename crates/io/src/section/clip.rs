@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use raywright_core::scene::{MeshData, Positions};
 
 use super::Section;
-use super::cap::{Cap, Corner, Outline};
+use super::cap::{Cap, CapCorner, Outline};
 
 /// What a plane leaves of a mesh.
 pub(super) enum Cut {
@@ -96,7 +96,7 @@ impl<'a> MeshCutter<'a> {
 
     /// The triangles of the cap, each with corners of its own.
     fn cap(&self, outline: &Outline) -> MeshData {
-        let at = |corner: Corner| {
+        let at = |corner: CapCorner| {
             let [a, b] = corner.vertices.map(|vertex| self.positions[vertex as usize]);
             a.lerp(b, corner.share)
         };
@@ -220,13 +220,16 @@ impl<'a> MeshCutter<'a> {
 fn closed_parts(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -> bool {
     let mut parents: HashMap<u32, u32> = HashMap::new();
     fn root(parents: &mut HashMap<u32, u32>, point: u32) -> u32 {
-        let mut at = point;
-        while let Some(&parent) = parents.get(&at).filter(|parent| **parent != at) {
-            at = parent;
+        let mut root = point;
+        while let Some(&parent) = parents.get(&root).filter(|parent| **parent != root) {
+            root = parent;
         }
-        // So that no chain becomes long.
-        parents.insert(point, at);
-        at
+        // All on the way lead there at once from now on, so that no chain stays long.
+        let mut at = point;
+        while at != root {
+            at = parents.insert(at, root).unwrap_or(root);
+        }
+        root
     }
     let mut balance: HashMap<u32, i32> = HashMap::new();
     for [from, to] in edges.clone() {

@@ -39,8 +39,8 @@ fn left(scene: &Scene, section: &str) -> (Vec<f64>, Vec<WarningCode>) {
     let warnings = cut(&mut scene, &section.parse().expect("a section"), "s");
     let mut volumes: Vec<f64> = Vec::new();
     let mut capped = 0.0;
-    for object in &scene.objects {
-        let Some(data) = data_of(&scene, object) else { continue };
+    for (object, data) in scene.objects.iter().zip(meshes_of(&scene)) {
+        let Some(data) = data else { continue };
         let (map, n) = (affine(&object.transform), data.positions.len());
         let sets = [data.normals.len(), data.colours.len()].into_iter().chain(data.uvs.iter().map(Vec::len));
         assert!(sets.into_iter().all(|len| len == 0 || len == n), "{section}: each vertex carries all");
@@ -139,7 +139,7 @@ fn open_meshes_and_other_shapes_are_told() {
         "colours": [[0, 0, 0, 1], [1, 0, 0, 1], [0, 0, 1, 1]], "normals": [[0, 0, 1], [0, 0, 1], [0, 0, 1]] });
     let mut leaf = scene(&[("leaf", leaf)], json!([object("leaf", json!([]))]));
     cut(&mut leaf, &"x=1".parse().expect("a section"), "s");
-    let data = data_of(&leaf, &leaf.objects[0]).expect("a mesh");
+    let data = meshes_of(&leaf).remove(0).expect("a mesh");
     let between: Vec<_> = (0..data.positions.len())
         .filter(|&i| data.positions.at(i).x == 1.0)
         .map(|i| (data.uvs[0][i], data.colours[i][0]))
