@@ -15,7 +15,7 @@ const MOST_TIME: Duration = Duration::from_secs(5);
 
 /// What was asked for.
 #[derive(Debug, Default)]
-pub struct Request {
+pub struct HttpRequest {
     pub method: String,
     /// Without what follows a question mark.
     pub path: String,
@@ -28,7 +28,7 @@ pub struct Request {
 }
 
 /// What is answered.
-pub struct Response {
+pub struct HttpResponse {
     pub status: u16,
     pub kind: &'static str,
     /// Further headers, each with its line break.
@@ -36,7 +36,7 @@ pub struct Response {
     pub body: Vec<u8>,
 }
 
-impl Response {
+impl HttpResponse {
     /// Something that was asked for.
     pub fn of(kind: &'static str, body: impl Into<Vec<u8>>) -> Self {
         Self { status: 200, kind, headers: String::new(), body: body.into() }
@@ -71,20 +71,20 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; c
 fn reason(status: u16) -> &'static str {
     match status {
         200 => "OK",
-        400 => "Bad Request",
+        400 => "Bad HttpRequest",
         403 => "Forbidden",
         404 => "Not Found",
         405 => "Method Not Allowed",
-        408 => "Request Timeout",
+        408 => "HttpRequest Timeout",
         409 => "Conflict",
         413 => "Content Too Large",
-        431 => "Request Header Fields Too Large",
+        431 => "HttpRequest Header Fields Too Large",
         _ => "Service Unavailable",
     }
 }
 
 /// Reads a request, or says why it is refused.
-pub fn read(stream: &mut TcpStream) -> Result<Request, Response> {
+pub fn read(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse> {
     let deadline = Instant::now() + MOST_TIME;
     let mut bytes = Vec::new();
     let (mut request, head, length) = loop {
@@ -92,12 +92,12 @@ pub fn read(stream: &mut TcpStream) -> Result<Request, Response> {
             break parsed;
         }
         if bytes.len() > MOST_HEAD {
-            return Err(Response::refusal(431, "the request is too long"));
+            return Err(HttpResponse::refusal(431, "the request is too long"));
         }
         receive(stream, deadline, &mut bytes)?;
     };
     if length > MOST_BODY {
-        return Err(Response::refusal(413, "the request is too long"));
+        return Err(HttpResponse::refusal(413, "the request is too long"));
     }
     while bytes.len() < head + length {
         receive(stream, deadline, &mut bytes)?;
@@ -107,46 +107,46 @@ pub fn read(stream: &mut TcpStream) -> Result<Request, Response> {
 }
 
 /// What comes next of a request.
-fn receive(stream: &mut TcpStream, deadline: Instant, bytes: &mut Vec<u8>) -> Result<(), Response> {
-    let late = || Response::refusal(408, "the request did not arrive in time");
+fn receive(stream: &mut TcpStream, deadline: Instant, bytes: &mut Vec<u8>) -> Result<(), HttpResponse> {
+    let late = || HttpResponse::refusal(408, "the request did not arrive in time");
     let left = deadline.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()).ok_or_else(late)?;
     let mut piece = [0; 4096];
     let read = stream.set_read_timeout(Some(left)).and_then(|()| stream.read(&mut piece));
     match read {
-        Ok(0) => Err(Response::refusal(400, "the request is not whole")),
+        Ok(0) => Err(HttpResponse::refusal(400, "the request is not whole")),
         Ok(count) => {
             bytes.extend_from_slice(&piece[..count]);
             Ok(())
         }
         Err(error) if error.kind() == ErrorKind::Interrupted => Ok(()),
         Err(error) if [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()) => Err(late()),
-        Err(_) => Err(Response::refusal(400, "the request is not whole")),
+        Err(_) => Err(HttpResponse::refusal(400, "the request is not whole")),
     }
 }
 
 /// The request without its body, bytes of its head, and how long its body is; none while the head is not whole.
-fn parse(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, Response> {
-    let wrong = |why: &str| Response::refusal(400, why);
+fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpResponse> {
+    let wrong = |why: &str| HttpResponse::refusal(400, why);
     let mut headers = [EMPTY_HEADER; MOST_HEADERS];
     let mut parsed = httparse::Request::new(&mut headers);
     let head = match parsed.parse(bytes) {
         Ok(Status::Complete(head)) => head,
         Ok(Status::Partial) => return Ok(None),
-        Err(httparse::Error::TooManyHeaders) => return Err(Response::refusal(431, "the request has too many headers")),
+        Err(httparse::Error::TooManyHeaders) => return Err(HttpResponse::refusal(431, "the request has too many headers")),
         Err(error) => return Err(wrong(&format!("this is no request: {error}"))),
     };
     if head > MOST_HEAD {
-        return Err(Response::refusal(431, "the request is too long"));
+        return Err(HttpResponse::refusal(431, "the request is too long"));
     }
     let (path, query) = match parsed.path.unwrap_or_default().split_once('?') {
         Some((path, query)) => (path, query),
         None => (parsed.path.unwrap_or_default(), ""),
     };
-    let mut request = Request {
+    let mut request = HttpRequest {
         method: parsed.method.unwrap_or_default().to_owned(),
         path: path.to_owned(),
         query: query.to_owned(),
-        ..Request::default()
+        ..HttpRequest::default()
     };
     let (mut hosts, mut length) = (0, None);
     for header in parsed.headers.iter() {

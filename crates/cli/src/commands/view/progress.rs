@@ -8,7 +8,8 @@ use raywright_core::settings::Aov;
 use raywright_core::{Observer, Ready, RenderStage, Rendered};
 
 use super::shared::Shared;
-use super::status::Progress;
+use super::status::RenderProgress;
+use crate::watch::{Patience, Watch};
 
 /// How long the first sketch may take, about, of the tenth of a second in which it is to be there.
 const SKETCH: f64 = 0.03;
@@ -26,43 +27,42 @@ const DENOISE_SHARE: u32 = 4;
 /// Estimates that are kept.
 const MOST_HISTORY: usize = 300;
 
-/// Looks on for the viewer: stops for a newer wish, and pauses at a time.
-pub struct Look<'a> {
-    pub shared: &'a Shared,
-    pub stop: &'a AtomicBool,
+/// Looks on for the viewer: as every run does, and it stops for a newer wish too.
+pub struct WishWatch<'a> {
+    pub watch: Watch<'a>,
+    shared: &'a Shared,
     /// The wish that is fulfilled; none: nothing else is waited for.
-    pub wish: Option<u64>,
-    pub until: Option<Instant>,
-    /// Samples of all pixels at which it pauses; none: it does not.
-    pub most: u64,
-    /// Samples of all pixels, taken and to be taken.
-    pub done: [AtomicU64; 2],
-    pub paused: AtomicBool,
+    wish: Option<u64>,
+    /// Samples of all pixels that there are to be.
+    total: AtomicU64,
+    has_paused: AtomicBool,
 }
 
-impl<'a> Look<'a> {
+impl<'a> WishWatch<'a> {
     /// Stops where the program does, and for another wish than this one.
     pub fn new(shared: &'a Shared, stop: &'a AtomicBool, wish: Option<u64>) -> Self {
-        Self { shared, stop, wish, until: None, most: u64::MAX, done: Default::default(), paused: AtomicBool::new(false) }
+        Self { watch: Watch::until(stop), shared, wish, total: AtomicU64::new(0), has_paused: AtomicBool::new(false) }
+    }
+
+    /// Samples of all pixels that there are.
+    fn done(&self) -> u64 {
+        self.watch.done.load(Ordering::Relaxed)
     }
 }
 
-impl Observer for Look<'_> {
+impl Observer for WishWatch<'_> {
     fn progress(&self, done: u64, total: u64) {
-        self.done[0].store(done, Ordering::Relaxed);
-        self.done[1].store(total, Ordering::Relaxed);
+        self.watch.progress(done, total);
+        self.total.store(total, Ordering::Relaxed);
     }
 
     fn cancelled(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.wish.is_some_and(|wish| self.shared.is_interrupted(wish))
+        self.watch.cancelled() || self.wish.is_some_and(|wish| self.shared.is_interrupted(wish))
     }
 
-    fn has_enough(&self, _everywhere: bool) -> bool {
-        let has_most = self.done[0].load(Ordering::Relaxed) >= self.most;
-        let has_enough = has_most || self.until.is_some_and(|until| Instant::now() >= until);
-        if has_enough {
-            self.paused.store(true, Ordering::Relaxed);
-        }
+    fn has_enough(&self, everywhere: bool) -> bool {
+        let has_enough = self.watch.has_enough(everywhere);
+        self.has_paused.fetch_or(has_enough, Ordering::Relaxed);
         has_enough
     }
 }
@@ -90,7 +90,7 @@ impl Speed {
 }
 
 /// A render with what it took.
-pub struct Painting {
+pub struct LiveRender {
     pub film: Film,
     /// Pixels of the next sketch; none: there is no other one.
     next_edge: Option<u32>,
@@ -100,21 +100,21 @@ pub struct Painting {
     next_stage: u64,
     estimated: Option<(Duration, Duration)>,
     denoised: Option<(Duration, Duration)>,
-    pub progress: Progress,
+    pub progress: RenderProgress,
     /// What is shown now, once there is more than a sketch.
     pub rendered: Option<Rendered>,
     pub is_done: bool,
 }
 
-impl Painting {
+impl LiveRender {
     /// Nothing is there yet.
     pub fn new(ready: &Ready) -> Self {
         let film = ready.film("");
-        let progress = Progress {
+        let progress = RenderProgress {
             of: film.asked(),
             max_error: ready.settings().max_error,
             exact: !ready.is_by_chance() || ready.settings().sampling.is_fixed(),
-            ..Progress::default()
+            ..RenderProgress::default()
         };
         let pixels = film.size().into_iter().map(u64::from).product::<u64>();
         Self {
@@ -133,19 +133,19 @@ impl Painting {
     }
 
     /// A look at once: nothing but the end of the program interrupts it.
-    pub fn first_sketch(&mut self, ready: &Ready, layers: &[Aov], speed: &mut Speed, look: &Look<'_>) -> (Rendered, u32) {
+    pub fn first_sketch(&mut self, ready: &Ready, layers: &[Aov], speed: &mut Speed, watch: &WishWatch<'_>) -> (Rendered, u32) {
         let edge = speed.edge(ready.settings().size);
         let began = Instant::now();
-        let sketch = ready.sketch(edge, 1, layers, look);
+        let sketch = ready.sketch(edge, 1, layers, watch);
         speed.measure(sketch.picture.pixels(), began.elapsed());
         self.next_edge = (edge > 1).then_some(edge / 2);
         (sketch, edge)
     }
 
-    /// A finer look, until that would take as long as the render's own first pass; none where there is no further one or it was interrupted.
-    pub fn next_sketch(&mut self, ready: &Ready, layers: &[Aov], look: &Look<'_>) -> Option<(Rendered, u32)> {
+    /// A finer watch, until that would take as long as the render's own first pass; none where there is no further one or it was interrupted.
+    pub fn next_sketch(&mut self, ready: &Ready, layers: &[Aov], watch: &WishWatch<'_>) -> Option<(Rendered, u32)> {
         let edge = self.next_edge.take()?;
-        let sketch = ready.sketch(edge, 1, layers, look);
+        let sketch = ready.sketch(edge, 1, layers, watch);
         self.next_edge = (edge > 1).then_some(edge / 2);
         sketch.finished.then_some((sketch, edge))
     }
@@ -156,34 +156,35 @@ impl Painting {
     }
 
     /// Renders a piece of the picture; whether there is something new to show.
-    pub fn step(&mut self, ready: &Ready, mut look: Look<'_>) -> bool {
+    pub fn step(&mut self, ready: &Ready, mut watch: WishWatch<'_>) -> bool {
         let began = Instant::now();
-        (look.until, look.most) = (Some(began + self.piece), self.next_stage);
+        watch.watch.patience =
+            Patience { pause_at: Some(began + self.piece), pause_with: Some(self.next_stage), ..Patience::default() };
         let whole = self.film.whole();
         // The film is this picture's own.
-        let _ = ready.render_part(&mut self.film, &whole, &look);
+        let _ = ready.render_part(&mut self.film, &whole, &watch);
         self.spent += began.elapsed();
-        let was_paused = look.paused.load(Ordering::Relaxed);
+        let was_paused = watch.has_paused.load(Ordering::Relaxed);
         let lacks = self.film.lacking(&whole) > 0;
-        let is_cancelled = look.cancelled();
+        let is_cancelled = watch.cancelled();
         // Where samples go where the error is, each round that ends decides about a next one.
         let goes_on = was_paused && ready.settings().max_error.is_some();
         self.is_done = !(lacks || is_cancelled || goes_on);
-        self.next_stage = self.next_stage.max(look.done[0].load(Ordering::Relaxed)).saturating_mul(2);
-        self.account(&look);
+        self.next_stage = self.next_stage.max(watch.done()).saturating_mul(2);
+        self.account(&watch);
         if is_cancelled || self.progress.samples[0] == 0 {
             return false;
         }
         let shown = Instant::now();
-        let is_new = self.develop(&look);
+        let is_new = self.develop(&watch);
         self.piece = (4 * shown.elapsed()).max(self.piece * 3 / 2).clamp(PIECES[0], PIECES[1]);
         is_new
     }
 
     /// What the render took so far.
-    fn account(&mut self, look: &Look<'_>) {
+    fn account(&mut self, watch: &WishWatch<'_>) {
         let samples = self.film.samples(&self.film.whole());
-        let [done, total] = look.done.each_ref().map(|count| count.load(Ordering::Relaxed) as f64);
+        let [done, total] = [watch.done(), watch.total.load(Ordering::Relaxed)].map(|count| count as f64);
         let seconds = self.spent.as_secs_f64();
         let progress = &mut self.progress;
         progress.samples = [*samples.start(), *samples.end()];
@@ -196,7 +197,7 @@ impl Painting {
     }
 
     /// Makes the picture and its error of the samples that there are, as far as that takes little of the time.
-    fn develop(&mut self, look: &Look<'_>) -> bool {
+    fn develop(&mut self, watch: &WishWatch<'_>) -> bool {
         let is_due = |last: Option<(Duration, Duration)>, share: u32, spent: Duration| {
             last.is_none_or(|(at, took)| spent.saturating_sub(at) >= took * share)
         };
@@ -208,16 +209,16 @@ impl Painting {
             self.progress.error.iter().for_each(|error| remember(&mut self.progress.history, self.spent, &stage, error));
         }
         if !self.film.is_to_be_denoised() {
-            self.rendered = Some(stage.rendered(look));
+            self.rendered = Some(stage.rendered(watch));
             return true;
         }
         if !self.is_done && !is_due(self.denoised, DENOISE_SHARE, self.spent) {
             return false;
         }
         let began = Instant::now();
-        let rendered = stage.rendered(look);
+        let rendered = stage.rendered(watch);
         // What was interrupted is no news, and done once more.
-        if look.cancelled() {
+        if watch.cancelled() {
             self.is_done = false;
             return false;
         }

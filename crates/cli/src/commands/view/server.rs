@@ -14,7 +14,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::flags::CommandLine;
-use super::http::{Request, Response, read};
+use super::http::{HttpRequest, HttpResponse, read};
 use super::shared::{Job, SaveWish, Shared, Wish};
 
 /// Connections at a time.
@@ -69,7 +69,7 @@ impl Server {
             if busy.fetch_add(1, Ordering::Relaxed) >= MOST_CONNECTIONS {
                 busy.fetch_sub(1, Ordering::Relaxed);
                 // Whoever does not hear this has gone.
-                let _ = Response::refusal(503, "too many connections").send(&mut stream);
+                let _ = HttpResponse::refusal(503, "too many connections").send(&mut stream);
                 continue;
             }
             let (server, own) = (server.clone(), busy.clone());
@@ -94,36 +94,36 @@ impl Server {
 
     /// The answer to a request. Pages of other sites can send requests here, through a name that they let point to this machine too; so the host
     /// that is meant, the page that asks and the token are looked at first.
-    fn respond(&self, request: &Request) -> Response {
+    fn respond(&self, request: &HttpRequest) -> HttpResponse {
         let is_own = |origin: &str| self.hosts.iter().any(|host| origin.strip_prefix("http://") == Some(host));
         let is_read = request.method == "GET";
         if !self.hosts.contains(&request.host) {
-            return Response::refusal(403, "this is not the host that is meant");
+            return HttpResponse::refusal(403, "this is not the host that is meant");
         }
         if request.origin.as_deref().is_some_and(|origin| !is_own(origin)) || !is_read && request.origin.is_none() {
-            return Response::refusal(403, "pages of other sites are not answered");
+            return HttpResponse::refusal(403, "pages of other sites are not answered");
         }
         let site = request.site.as_deref().unwrap_or("none");
         let Some(path) =
             request.path.strip_prefix('/').and_then(|path| path.split_once('/')).filter(|(token, _)| self.is_token(token))
         else {
-            return Response::refusal(403, "the address is not that of the page: take the one that the program printed");
+            return HttpResponse::refusal(403, "the address is not that of the page: take the one that the program printed");
         };
         // A link from elsewhere may lead to the page, by whoever has its address; all else is the page's.
         if !(["same-origin", "none"].contains(&site) || is_read && path.1.is_empty()) {
-            return Response::refusal(403, "pages of other sites are not answered");
+            return HttpResponse::refusal(403, "pages of other sites are not answered");
         }
         match (request.method.as_str(), path.1) {
-            ("GET", "") => Response::of("text/html; charset=utf-8", PAGE),
-            ("GET", "page.css") => Response::of("text/css; charset=utf-8", STYLE),
-            ("GET", "page.js") => Response::of("text/javascript; charset=utf-8", SCRIPT),
+            ("GET", "") => HttpResponse::of("text/html; charset=utf-8", PAGE),
+            ("GET", "page.css") => HttpResponse::of("text/css; charset=utf-8", STYLE),
+            ("GET", "page.js") => HttpResponse::of("text/javascript; charset=utf-8", SCRIPT),
             ("GET", "status") => self.status(&request.query),
             ("GET", "picture") => self.picture(),
             ("POST", "wish") => self.wish(&request.body),
             ("POST", "save") => self.save(&request.body),
             ("POST", "measure") => self.measure(),
-            ("GET" | "POST", _) => Response::refusal(404, "there is no such thing here"),
-            _ => Response::refusal(405, "GET and POST are known"),
+            ("GET" | "POST", _) => HttpResponse::refusal(404, "there is no such thing here"),
+            _ => HttpResponse::refusal(405, "GET and POST are known"),
         }
     }
 
@@ -134,56 +134,56 @@ impl Server {
     }
 
     /// What there is to say, once it is not what the page was told before.
-    fn status(&self, query: &str) -> Response {
+    fn status(&self, query: &str) -> HttpResponse {
         let told = query.strip_prefix("after=").and_then(|number| number.parse().ok()).unwrap_or(0);
         self.shared.hear();
-        Response::of("application/json", self.shared.status_after(told, NEWS).as_bytes())
+        HttpResponse::of("application/json", self.shared.status_after(told, NEWS).as_bytes())
     }
 
     /// The picture as bytes, with its number, its size and how large its pixels are.
-    fn picture(&self) -> Response {
+    fn picture(&self) -> HttpResponse {
         let frame = self.shared.frame();
         let [width, height] = frame.size;
         let headers = format!("X-Picture: {} {width} {height} {}\r\n", frame.number, frame.edge);
-        Response { headers, ..Response::of("application/octet-stream", frame.codes.clone()) }
+        HttpResponse { headers, ..HttpResponse::of("application/octet-stream", frame.codes.clone()) }
     }
 
-    fn wish(&self, body: &[u8]) -> Response {
+    fn wish(&self, body: &[u8]) -> HttpResponse {
         let wish: Wish = match parsed(body) {
             Ok(wish) => wish,
             Err(refusal) => return refusal,
         };
         match CommandLine::check(&wish.flags) {
-            Ok(()) => Response::of("application/json", json!({ "wish": self.shared.wish(wish) }).to_string()),
-            Err(failure) => Response::refusal(400, &failure.message),
+            Ok(()) => HttpResponse::of("application/json", json!({ "wish": self.shared.wish(wish) }).to_string()),
+            Err(failure) => HttpResponse::refusal(400, &failure.message),
         }
     }
 
-    fn save(&self, body: &[u8]) -> Response {
+    fn save(&self, body: &[u8]) -> HttpResponse {
         let wish: SaveWish = match parsed(body) {
             Ok(wish) => wish,
             Err(refusal) => return refusal,
         };
         let (tell, hear) = sync_channel(1);
         if !self.shared.add_job(Job::Save(wish, tell)) {
-            return Response::refusal(503, "too much is being done");
+            return HttpResponse::refusal(503, "too much is being done");
         }
         match hear.recv_timeout(SAVING) {
-            Ok((status, text)) => Response::refusal(status, &text),
-            Err(_) => Response::refusal(503, "the file is not written yet"),
+            Ok((status, text)) => HttpResponse::refusal(status, &text),
+            Err(_) => HttpResponse::refusal(503, "the file is not written yet"),
         }
     }
 
-    fn measure(&self) -> Response {
+    fn measure(&self) -> HttpResponse {
         match self.shared.add_job(Job::Measure) {
-            true => Response::of("application/json", "{}"),
-            false => Response::refusal(503, "too much is being done"),
+            true => HttpResponse::of("application/json", "{}"),
+            false => HttpResponse::refusal(503, "too much is being done"),
         }
     }
 }
 
-fn parsed<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, Response> {
-    serde_json::from_slice(body).map_err(|error| Response::refusal(400, &format!("this is not understood: {error}")))
+fn parsed<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, HttpResponse> {
+    serde_json::from_slice(body).map_err(|error| HttpResponse::refusal(400, &format!("this is not understood: {error}")))
 }
 
 #[cfg(test)]
@@ -203,8 +203,9 @@ mod tests {
     fn others_are_refused() {
         let server = Server::start(0, Arc::default()).expect("a port that is free");
         let (host, path) = (server.hosts[0].clone(), format!("/{}/", server.token));
-        let asked = |change: &dyn Fn(&mut Request)| {
-            let mut request = Request { method: "GET".into(), path: path.clone(), host: host.clone(), ..Request::default() };
+        let asked = |change: &dyn Fn(&mut HttpRequest)| {
+            let mut request =
+                HttpRequest { method: "GET".into(), path: path.clone(), host: host.clone(), ..HttpRequest::default() };
             change(&mut request);
             server.respond(&request).status
         };
@@ -218,7 +219,7 @@ mod tests {
         assert_eq!(asked(&|request| request.site = Some("cross-site".into())), 200);
         for word in ["page.js", "picture"] {
             assert_eq!(asked(&|request| request.path.push_str(word)), 200);
-            let elsewhere = |request: &mut Request| {
+            let elsewhere = |request: &mut HttpRequest| {
                 request.path.push_str(word);
                 request.site = Some("cross-site".into());
             };
@@ -229,7 +230,7 @@ mod tests {
         assert_eq!(asked(&|request| request.path = format!("/{}/", &server.token[1..])), 403);
         assert_eq!(asked(&|request| request.path.push_str("../../etc/passwd")), 404);
         assert_eq!(asked(&|request| request.method = "PUT".into()), 403);
-        let post = |request: &mut Request| {
+        let post = |request: &mut HttpRequest| {
             (request.method, request.origin) = ("POST".into(), Some(format!("http://{}", request.host)));
             request.path.push_str("wish");
         };
@@ -243,7 +244,7 @@ mod tests {
         for wrong in ["", "{}", "[", r#"{ "flags": [["output", "x.png"]] }"#, r#"{ "flags": [], "more": 1 }"#] {
             assert_eq!(wish(wrong), 400, "{wrong}");
         }
-        let without_origin = |request: &mut Request| {
+        let without_origin = |request: &mut HttpRequest| {
             post(request);
             request.origin = None;
         };

@@ -34,14 +34,14 @@ pub struct Status {
     pub picture: u64,
     /// Width and height of the picture in its own pixels.
     pub size: [u32; 2],
-    pub progress: Option<Progress>,
+    pub progress: Option<RenderProgress>,
     pub scene: Option<SceneStatus>,
     pub effects: Vec<EffectSwitch>,
 }
 
 /// How far a render has come.
 #[derive(Clone, Default, Serialize)]
-pub struct Progress {
+pub struct RenderProgress {
     /// Fewest and most samples of a pixel, and how many there are to be; null where the error decides.
     pub samples: [u32; 2],
     pub of: Option<u32>,

@@ -14,7 +14,7 @@ use raywright_core::settings::Aov;
 use raywright_io::output::{Metadata, pixel_hash};
 
 use super::flags::CommandLine;
-use super::progress::{Look, Painting, Speed};
+use super::progress::{LiveRender, Speed, WishWatch};
 use super::shared::{Frame, Job, SaveWish, Shared, Wish};
 use super::status::{SceneStatus, Status, switches};
 use super::subject::{Change, Files, Subject};
@@ -31,7 +31,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(300);
 /// How long measuring effects may take.
 const MEASURING: Duration = Duration::from_secs(20);
 
-/// See above.
+/// The thread that computes, with what it has at hand.
 pub struct Worker {
     pub scene: OsString,
     pub line: CommandLine,
@@ -44,7 +44,7 @@ pub struct Worker {
     pub linger: Option<Duration>,
     wish: (u64, Wish),
     subject: Option<Subject>,
-    painting: Option<Painting>,
+    render: Option<LiveRender>,
     speed: Speed,
     files: Files,
     looked: Instant,
@@ -66,7 +66,7 @@ impl Worker {
             linger: None,
             wish: Default::default(),
             subject: None,
-            painting: None,
+            render: None,
             speed: Speed::default(),
             files: Files::new(),
             looked: Instant::now(),
@@ -126,7 +126,7 @@ impl Worker {
             self.files = self.subject.as_ref().map(Subject::files).unwrap_or_default();
         }
         let took = spoken(began.elapsed().as_secs_f64());
-        let is_same = change == Change::Display && !self.wish.1.anew && self.painting.is_some();
+        let is_same = change == Change::Display && !self.wish.1.anew && self.render.is_some();
         self.said = match change {
             Change::Display if is_same => "the same picture, shown anew".to_owned(),
             Change::Display => "rendered anew".to_owned(),
@@ -137,23 +137,23 @@ impl Worker {
         let Some(subject) = &self.subject else { return Ok(()) };
         if is_same
             && self.layer().is_none()
-            && let Some(rendered) = self.painting.as_mut().and_then(|painting| painting.rendered.take())
+            && let Some(rendered) = self.render.as_mut().and_then(|render| render.rendered.take())
         {
             self.show_rendered(rendered);
             return Ok(());
         }
-        let mut painting = match self.painting.take().filter(|_| is_same) {
-            Some(painting) => painting,
-            None => Painting::new(&subject.ready),
+        let mut render = match self.render.take().filter(|_| is_same) {
+            Some(render) => render,
+            None => LiveRender::new(&subject.ready),
         };
         let layers: Vec<Aov> = self.layer().into_iter().collect();
-        let look = Look::new(&self.shared, stop, None);
+        let watch = WishWatch::new(&self.shared, stop, None);
         let (ready, speed) = (&subject.ready, &mut self.speed);
-        let (sketch, edge) = threads.run(|| painting.first_sketch(ready, &layers, speed, &look));
+        let (sketch, edge) = threads.run(|| render.first_sketch(ready, &layers, speed, &watch));
         if !is_same {
-            painting.progress.first_ms = 1000.0 * began.elapsed().as_secs_f64();
+            render.progress.first_ms = 1000.0 * began.elapsed().as_secs_f64();
         }
-        self.painting = Some(painting);
+        self.render = Some(render);
         let frame = self.frame(&sketch, edge);
         self.show(Some(frame));
         Ok(())
@@ -167,24 +167,24 @@ impl Worker {
     /// Goes on with the picture; false where there is nothing left to do.
     fn step(&mut self) -> bool {
         let layers: Vec<Aov> = self.layer().into_iter().collect();
-        let (Some(subject), Some(mut painting)) = (&self.subject, self.painting.take()) else { return false };
+        let (Some(subject), Some(mut render)) = (&self.subject, self.render.take()) else { return false };
         let (ready, wish, threads) = (&subject.ready, self.wish.0, &self.threads);
         let (shared, stop) = (&self.shared, self.stop);
-        let look = || Look::new(shared, stop, Some(wish));
+        let watch = || WishWatch::new(shared, stop, Some(wish));
         // Layers are finer sketches; colours have the render's own samples soon.
-        if let Some((sketch, edge)) = threads.run(|| painting.next_sketch(ready, &layers, &look())) {
-            self.painting = Some(painting);
+        if let Some((sketch, edge)) = threads.run(|| render.next_sketch(ready, &layers, &watch())) {
+            self.render = Some(render);
             let frame = self.frame(&sketch, edge);
             self.show(Some(frame));
             return true;
         }
-        if !painting.has_more() {
-            self.painting = Some(painting);
+        if !render.has_more() {
+            self.render = Some(render);
             return false;
         }
-        let is_new = threads.run(|| painting.step(ready, look()));
-        let rendered = painting.rendered.take();
-        self.painting = Some(painting);
+        let is_new = threads.run(|| render.step(ready, watch()));
+        let rendered = render.rendered.take();
+        self.render = Some(render);
         match rendered {
             Some(rendered) if is_new => self.show_rendered(rendered),
             rendered => {
@@ -196,16 +196,16 @@ impl Worker {
     }
 
     fn keep(&mut self, rendered: Option<Rendered>) {
-        if let Some(painting) = &mut self.painting {
-            painting.rendered = rendered;
+        if let Some(render) = &mut self.render {
+            render.rendered = rendered;
         }
     }
 
     /// Shows what the render has, and keeps it.
     fn show_rendered(&mut self, rendered: Rendered) {
-        let is_done = self.painting.as_ref().is_some_and(|painting| painting.is_done);
-        if let Some(painting) = self.painting.as_mut().filter(|_| is_done) {
-            painting.progress.hash = Some(pixel_hash(rendered.shown()));
+        let is_done = self.render.as_ref().is_some_and(|render| render.is_done);
+        if let Some(render) = self.render.as_mut().filter(|_| is_done) {
+            render.progress.hash = Some(pixel_hash(rendered.shown()));
         }
         if let Some(subject) = self.subject.as_mut().filter(|subject| subject.plan.is_exposed) {
             subject.plan.display = subject.plan.display.suited_to(rendered.shown());
@@ -219,7 +219,7 @@ impl Worker {
     /// A picture as the page is to show it.
     fn frame(&self, rendered: &Rendered, edge: u32) -> Frame {
         let (picture, noisy) = (rendered.shown(), &rendered.picture);
-        let film = self.painting.as_ref().map(|painting| &painting.film);
+        let film = self.render.as_ref().map(|render| &render.film);
         // Of a sketch no error is known.
         let film = film.filter(|film| self.wish.1.layer == "stderr" && edge == 1 && film.size() == [noisy.width, noisy.height]);
         let display = self.subject.as_ref().map(|subject| subject.plan.display).unwrap_or_default();
@@ -235,9 +235,9 @@ impl Worker {
     /// Tells the page what there is, with a picture or without.
     fn show(&self, frame: Option<Frame>) {
         let (number, wish) = &self.wish;
-        let phase = match &self.painting {
+        let phase = match &self.render {
             _ if self.failure.is_some() => "failed",
-            Some(painting) if painting.is_done => "done",
+            Some(render) if render.is_done => "done",
             _ => "rendering",
         };
         let report = self.subject.as_ref().map(|subject| subject.ready.effects());
@@ -251,8 +251,8 @@ impl Worker {
             command: self.line.text(&wish.flags),
             flags: wish.flags.clone(),
             layer: wish.layer.clone(),
-            size: self.painting.as_ref().map(|painting| painting.film.size()).unwrap_or_default(),
-            progress: self.painting.as_ref().map(|painting| painting.progress.clone()),
+            size: self.render.as_ref().map(|render| render.film.size()).unwrap_or_default(),
+            progress: self.render.as_ref().map(|render| render.progress.clone()),
             scene: self.subject.as_ref().map(SceneStatus::of),
             effects: report.map(|report| switches(report, &self.costs)).unwrap_or_default(),
         };
@@ -269,28 +269,28 @@ impl Worker {
 
     /// Writes what there is of the picture.
     fn save(&mut self, wish: &SaveWish) -> (u16, String) {
-        let (Some(subject), Some(painting)) = (&self.subject, &self.painting) else {
+        let (Some(subject), Some(render)) = (&self.subject, &self.render) else {
             return (503, "there is no picture yet".to_owned());
         };
         let own;
-        let rendered = match &painting.rendered {
+        let rendered = match &render.rendered {
             Some(rendered) => rendered,
             None => {
-                own = Rendered::noisy(&painting.film);
+                own = Rendered::noisy(&render.film);
                 &own
             }
         };
         if rendered.counters.samples == 0 {
             return (503, "there is no picture yet".to_owned());
         }
-        let error = painting.progress.error.as_ref().filter(|_| subject.ready.follows_paths());
+        let error = render.progress.error.as_ref().filter(|_| subject.ready.follows_paths());
         let mut metadata = Metadata {
             command: self.line.text(&self.wish.1.flags),
-            error: origin::error(error, rendered, &painting.film),
+            error: origin::error(error, rendered, &render.film),
             ..origin::metadata(&subject.loaded, &subject.plan, &subject.task.choices)
         };
-        if !painting.is_done {
-            let [least, most] = painting.progress.samples;
+        if !render.is_done {
+            let [least, most] = render.progress.samples;
             metadata.settings = origin::with_samples(&metadata.settings, &format!("{least} to {most} samples"));
         }
         if !subject.task.has_metadata {
@@ -305,10 +305,10 @@ impl Worker {
         let Some(subject) = &self.subject else { return };
         self.said = "measuring what effects cost".to_owned();
         self.show(None);
-        let look = Look::new(&self.shared, self.stop, Some(self.wish.0));
+        let watch = WishWatch::new(&self.shared, self.stop, Some(self.wish.0));
         let mut steps = Steps::start(Verbosity::Quiet);
         let (scene, settings) = (&subject.loaded.scene, &subject.plan.settings);
-        let measured = self.threads.run(|| measure_effects(scene, settings, MEASURING, &look, &mut steps));
+        let measured = self.threads.run(|| measure_effects(scene, settings, MEASURING, &watch, &mut steps));
         self.said = match measured {
             Ok(costs) => {
                 self.costs = costs.effects.iter().map(|cost| (cost.effect.to_owned(), cost.ratio.median - 1.0)).collect();
