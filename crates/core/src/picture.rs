@@ -101,6 +101,9 @@ impl Picture {
 
     /// The colour of what surfaces show in a pixel, without the coverage that multiplies it; none where there are none.
     pub(crate) fn surface_colour(&self, pixel: usize) -> Option<[f32; 3]> {
+        if self.alpha.is_none() {
+            return Some(self.rgb[pixel]);
+        }
         let [surfaces, _] = self.coverage(pixel);
         (surfaces > 0.0).then(|| straight_colour(self.rgb[pixel], surfaces))
     }

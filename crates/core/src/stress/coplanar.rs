@@ -19,6 +19,8 @@ const PARALLEL: f64 = 1e-9;
 const ONE_PLANE: f64 = 1e-7;
 /// Overlaps of which account is kept; a pile of sheets has one for each two.
 const MOST: usize = 4096;
+/// Pairs of faces that are compared. Faces that all lie beside each other have half the square of their number.
+const MOST_PAIRS: usize = 1 << 24;
 
 /// Two objects with a face each in one plane, and where both are.
 #[derive(Clone, Debug)]
@@ -51,6 +53,8 @@ impl Overlap {
 pub(super) struct Overlaps {
     list: Vec<Overlap>,
     of: BTreeMap<usize, Vec<usize>>,
+    /// Pairs that were compared.
+    pairs: usize,
 }
 
 impl Overlaps {
@@ -151,9 +155,14 @@ pub(super) fn overlaps(facts: &SceneFacts<'_>) -> Overlaps {
     found
 }
 
-/// Compares the faces of a plane that are beside each other along an axis of it.
+/// Compares the faces of a plane that are beside each other along the axis in which they reach furthest.
 fn sweep(facts: &SceneFacts<'_>, faces: &mut [Face], tolerance: f64, found: &mut Overlaps) {
-    let axis = faces[0].normal.abs().min_position();
+    let reach = |axis: usize| {
+        let along = faces.iter().flat_map(|face| &face.corners).map(|corner| corner[axis]);
+        let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
+        high - low
+    };
+    let axis = (0..3).max_by(|&a, &b| reach(a).total_cmp(&reach(b))).unwrap_or(0);
     let ends = |face: &Face| {
         let along = face.corners.iter().map(|corner| corner[axis]);
         let ends = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
@@ -164,7 +173,8 @@ fn sweep(facts: &SceneFacts<'_>, faces: &mut [Face], tolerance: f64, found: &mut
     for face in &*faces {
         open.retain(|other| ends(other)[1] > ends(face)[0]);
         for other in &open {
-            if found.list.len() >= MOST {
+            found.pairs += 1;
+            if found.list.len() >= MOST || found.pairs > MOST_PAIRS {
                 return;
             }
             found.list.extend(overlap(facts, other, face, tolerance));
