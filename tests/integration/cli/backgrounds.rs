@@ -5,14 +5,14 @@ use raywright::core::picture::Picture;
 use crate::support::Desk;
 
 /// A block that stands on the ground, as a model, so that a studio is put up around it.
-const BLOCK: &str = "mtllib b.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+pub const BLOCK: &str = "mtllib b.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
                      f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
 
-/// A folder with the block.
-fn desk() -> Desk {
+/// A folder with a red block, `b.obj`.
+pub fn block() -> Desk {
     let desk = Desk::new();
     desk.write("b.obj", BLOCK);
-    desk.write("b.mtl", "newmtl m\nKd 0.8 0.2 0.1\n");
+    desk.write("b.mtl", "newmtl m\nKd 0.8 0.1 0.05\n");
     desk
 }
 
@@ -37,7 +37,7 @@ fn apart(a: &[[u8; 3]], b: &[[u8; 3]]) -> u8 {
 /// denoised or not; an OpenEXR file has its linear value there, and no coverage.
 #[test]
 fn a_colour_has_exactly_its_codes() {
-    let desk = desk();
+    let desk = block();
     for (colour, expected) in [("white", [255; 3]), ("black", [0; 3]), ("#e6b219", [230, 178, 25])] {
         for more in ["", "--exposure 3 --tonemap aces", "--gamma 2.2 --tonemap agx --exposure -2", "--denoise", "--ground none"] {
             render(&desk, &format!("--background {colour} -o a.png -o a.webp -o a.exr {more}"));
@@ -61,7 +61,7 @@ fn a_colour_has_exactly_its_codes() {
 /// edges included, from PNG and WebP; the linear numbers of an OpenEXR file, premultiplied, give the linear picture of a colour.
 #[test]
 fn pages_show_what_backgrounds_show() {
-    let desk = desk();
+    let desk = block();
     render(&desk, "--background transparent -o clear.png -o clear.webp -o clear.exr");
     let exr = desk.picture("clear.exr");
     let alpha = exr.alpha.clone().expect("coverage");
@@ -90,7 +90,7 @@ fn pages_show_what_backgrounds_show() {
 /// run; a sheet, a film of moments and a picture of one pixel have the colour too.
 #[test]
 fn films_know_their_background() {
-    let desk = desk();
+    let desk = block();
     render(&desk, "--background #e6b219 -o whole.png -o whole.exr");
     for part in ["1/2", "2/2"] {
         render(&desk, &format!("--background #e6b219 --part {part} --checkpoint {}.film", &part[..1]));
@@ -113,7 +113,7 @@ fn films_know_their_background() {
 /// Protects: a denoised shadow is smoother than a noisy one, by coverage as by colour: far from edges its pixels differ less from their neighbours.
 #[test]
 fn shadows_are_denoised() {
-    let desk = desk();
+    let desk = block();
     let rough = |more: &str| {
         render(&desk, &format!("--background transparent -o a.png {more}"));
         let alpha = desk.picture("a.png").alpha.expect("coverage");
@@ -131,7 +131,7 @@ fn shadows_are_denoised() {
 /// and what a run's others have is that of no other camera or moment.
 #[test]
 fn runs_have_one_backdrop() {
-    let desk = desk();
+    let desk = block();
     for (name, grey) in [("bright", 0.9), ("dark", 0.02)] {
         desk.write(format!("{name}.obj"), BLOCK.replace("b.mtl", &format!("{name}.mtl")));
         desk.write(format!("{name}.mtl"), format!("newmtl m\nKd {grey} {grey} {grey}\n"));

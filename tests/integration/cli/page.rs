@@ -6,11 +6,32 @@ use std::process::Command;
 
 use crate::support::Desk;
 
+/// What pages are asked by: questions whose answers are wrong are kept, and how far a text stands out from what is below it.
+pub const CONTRAST: &str = r"
+const wrong = [];
+const ask = (what, right) => { if (!right) wrong.push(what); };
+const linear = code => code <= 10.31475 ? code / 3294.6 : ((code / 255 + 0.055) / 1.055) ** 2.4;
+const light = ([r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+const numbers = colour => (colour.match(/[\d.]+/g) ?? []).map(Number);
+const paper = element => {
+  for (let at = element; at; at = at.parentElement) {
+    const colour = numbers(getComputedStyle(at).backgroundColor);
+    if (colour.length === 3 || colour[3] === 1) return light(colour);
+  }
+  return 1;
+};
+const askContrast = element => {
+  const style = getComputedStyle(element);
+  const [a, b] = [light(numbers(element instanceof SVGElement ? style.fill : style.color)), paper(element)];
+  const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  ask(`${element.textContent.trim().slice(0, 30)} stands out: ${contrast}`, contrast >= 4.5);
+};
+";
+
 /// What is asked of the page, from inside it. A line for each answer that is wrong goes into the document, which the browser hands out.
 const QUESTIONS: &str = r##"
 <script>
-const wrong = [];
-const ask = (what, right) => { if (!right) wrong.push(what); };
+CONTRAST
 const changed = (control, value) => { control.value = value; control.dispatchEvent(new Event("input", { bubbles: true })); };
 addEventListener("load", () => {
   const names = [...one.options].map(option => option.value);
@@ -37,26 +58,11 @@ addEventListener("load", () => {
   ask(`nothing sticks out: ${page.scrollWidth} in ${page.clientWidth}`, page.scrollWidth <= page.clientWidth);
   const dark = location.hash === "#dark";
   ask("the colours are those asked for", matchMedia("(prefers-color-scheme: dark)").matches === dark);
-  const linear = code => code <= 10.31475 ? code / 3294.6 : ((code / 255 + 0.055) / 1.055) ** 2.4;
-  const light = ([r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
-  const numbers = colour => (colour.match(/[\d.]+/g) ?? []).map(Number);
-  const paper = element => {
-    for (let at = element; at; at = at.parentElement) {
-      const colour = numbers(getComputedStyle(at).backgroundColor);
-      if (colour.length === 3 || colour[3] === 1) return light(colour);
-    }
-    return 1;
-  };
   ask("the paper is as dark as the colours", (paper(document.body) < 0.1) === dark);
   const written = [...document.body.querySelectorAll("*:not(script):not(style):not(option):not(title):not(desc)")]
     .filter(element => [...element.childNodes].some(node => node.nodeType === Node.TEXT_NODE && node.data.trim()));
   ask(`${written.length} texts`, written.length > 100);
-  for (const element of written) {
-    const style = getComputedStyle(element);
-    const [a, b] = [light(numbers(element instanceof SVGElement ? style.fill : style.color)), paper(element)];
-    const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-    ask(`${element.textContent.trim().slice(0, 30)} stands out: ${contrast}`, contrast >= 4.5);
-  }
+  written.forEach(askContrast);
   ask(`${names.length} settings`, names.length > 10);
   document.title = wrong.length ? "WRONG: " + wrong.join("; ") : "ALL RIGHT";
 });
@@ -83,7 +89,7 @@ fn the_page_works_in_a_browser() {
     let words = ["accuracy", "ball.scene.toml", "--size", "16x12", "--budget", "10min", "--rounds", "2", "-o", "a.html", "-q"];
     desk.run(&words).exits_with(0);
     let page = std::fs::read_to_string(desk.path("a.html")).expect("a page");
-    desk.write("asked.html", page.replace("</body>", &format!("{QUESTIONS}</body>")));
+    desk.write("asked.html", page.replace("</body>", &format!("{}</body>", QUESTIONS.replace("CONTRAST", CONTRAST))));
     for (width, colours, scheme) in [("360", "light", 1), ("1400", "light", 1), ("360", "dark", 0), ("1400", "dark", 0)] {
         let run = Command::new(&browser)
             .args([

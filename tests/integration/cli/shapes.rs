@@ -2,18 +2,8 @@
 
 use raywright::core::picture::Picture;
 
+use super::backgrounds::{BLOCK, block};
 use crate::support::Desk;
-
-const BLOCK: &str = "mtllib b.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
-                     f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
-
-/// A folder with a red block.
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.write("b.obj", BLOCK);
-    desk.write("b.mtl", "newmtl m\nKd 0.8 0.1 0.05\n");
-    desk
-}
 
 /// The block from its front corner, in linear numbers, with these words.
 #[track_caller]
@@ -26,7 +16,7 @@ fn render(desk: &Desk, more: &str) -> Picture {
 /// Protects: clay is neutral, whatever the file says, by `explain` as by `render`, and nothing but clay is known.
 #[test]
 fn clay_is_neutral() {
-    let desk = desk();
+    let desk = block();
     let [red, clay] = ["", "--material clay"].map(|more| render(&desk, &format!("--backdrop dark {more}")));
     let middle = |picture: &Picture| picture.pixel(32, 24).expect("a pixel");
     let ([r, g, b], [cr, cg, cb]) = (middle(&red), middle(&clay));
@@ -40,7 +30,7 @@ fn clay_is_neutral() {
 /// nothing has edges, that is said.
 #[test]
 fn edges_are_drawn() {
-    let desk = desk();
+    let desk = block();
     for more in ["", "--material clay", "--denoise", "--background transparent"] {
         let [plain, lines] = ["", "--wireframe"].map(|edges| render(&desk, &format!("--backdrop light {more} {edges}")));
         let darker = |i: usize| lines.rgb[i][0] < 0.8 * plain.rgb[i][0];
@@ -63,7 +53,7 @@ fn edges_are_drawn() {
 /// nothing ends with exit code 3, what is open is named, and `--up` comes first.
 #[test]
 fn sections_are_capped() {
-    let desk = desk();
+    let desk = block();
     // From +x, straight at the cap: as large and as red as the face that was there, and as deep in the picture as it is cut.
     let depth = |more: &str| {
         let words =
